@@ -1,0 +1,1 @@
+"""Kinematic synthesis of linkages, completely."""

@@ -1,0 +1,1 @@
+"""Polynomial systems and all their roots."""
