@@ -1,1 +1,39 @@
-"""One module for each kind of synthesis."""
+"""The table of synthesis families.  A new family is one module and one line here.
+
+Modules are imported when first asked for, so that ``import mechanisms`` stays quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from mechanisms.families.base import Candidate, Family, Free, Problem
+
+#: name in a task file -> "module:class"
+TABLE: dict[str, str] = {
+    "watt2-two-effectors": "mechanisms.families.watt2_two_effectors:Watt2TwoEffectors",
+}
+
+__all__ = ["TABLE", "Candidate", "Family", "Free", "Problem", "family", "names"]
+
+
+def names() -> tuple[str, ...]:
+    """The names of all families, in the order of the table."""
+    return tuple(TABLE)
+
+
+def family(name: str) -> Family:
+    """The family called `name`.
+
+    Raises
+    ------
+    KeyError
+        When there is none; `mechanisms.task` says so better.
+
+    Examples
+    --------
+    >>> family("watt2-two-effectors").effectors
+    ('P', 'Q')
+    """
+    module, _, cls = TABLE[name].partition(":")
+    return getattr(import_module(module), cls)()
