@@ -1,19 +1,19 @@
 """What a synthesis family is: one kind of linkage for one kind of task.
 
-A family knows the unknowns of its linkage, the SymPy equations that a task imposes on them, how many roots these
-have, and the way from a root to a `Linkage`.  It does not solve, judge, rank or draw: `mechanisms.synthesize` does
-that, in the same way for every family.  A new family is one module with a subclass of `Family`, and one line in the
-table of `mechanisms.families`.
+A family knows the unknowns of its linkage, the SymPy equations that a task imposes on them, how many roots
+these have, and the way from a root to a `Linkage`.  It does not solve, judge, rank or draw:
+`mechanisms.synthesize` does that, in the same way for every family.  A new family is one module with a
+subclass of `Family`, and one line in the table of `mechanisms.families`.
 
 The road of a task through a family::
 
     Family.check(task)                    refuse what cannot be solved, with the reason
-    Family.system(task) -> Problem        the polynomials and their parameter values, or None when none are needed
-    solvers.solve(...)  -> Solutions      done by mechanisms.synthesize
-    Family.candidates(task, solutions)    yield one Candidate per root, or per root and free choice
+    Family.system(task) -> Problem        the polynomials and their parameter values, or None when none are
+    needed solvers.solve(...)  -> Solutions      done by mechanisms.synthesize Family.candidates(task,
+    solutions)    yield one Candidate per root, or per root and free choice
 
-Everything that a root can turn out to be is yielded, the useless ones too, each with its reason: what is dropped in
-silence cannot be counted in the funnel.
+Everything that a root can turn out to be is yielded, the useless ones too, each with its reason: what is
+dropped in silence cannot be counted in the funnel.
 """
 
 from __future__ import annotations
@@ -78,12 +78,13 @@ class Problem:
     Parameters
     ----------
     system : solvers.System
-        Written once per family; the task enters through its parameters, so that a generic solution can be moved
-        to any task by a parameter homotopy.
+        Written once per family; the task enters through its parameters, so that a generic solution can be
+        moved to any task by a parameter homotopy.
     parameters : sequence of complex
         Their values for this task, in the order of ``system.parameters``.
     finite : int or None
-        The number of finite roots of a generic task of this shape, where it is known; compared with what is found.
+        The number of finite roots of a generic task of this shape, where it is known; compared with what is
+        found.
     trivial : int
         How many of them are known in closed form to be no linkage.
     start : str
@@ -116,7 +117,8 @@ class Candidate:
         The configuration of `linkage` in each pose of the task: rotation of every moving link from pose 0, in
         radians.  The first is all zeros.
     reasons : tuple of str
-        Why it is no design, by the reason codes: ``complex``, ``degenerate``, ``inexact``.  Empty: to be judged.
+        Why it is no design, by the reason codes: ``complex``, ``degenerate``, ``inexact``.  Empty: to be
+        judged.
     note : str
         A few words for a reader: the name of a trivial root, what a searched design is best at.
     angles : frozenset of str
@@ -125,7 +127,8 @@ class Candidate:
         Worst distance and worst rotation by which an approximate design misses its task; None asks
         ``mechanisms.synthesize`` to measure them on the linkage.
     extra : mapping
-        Numbers of the family's own that are worth printing, such as the share of a search that was defect-free.
+        Numbers of the family's own that are worth printing, such as the share of a search that was
+        defect-free.
     """
 
     root: int | None
@@ -141,7 +144,7 @@ class Candidate:
 
 
 class Family:
-    """One kind of synthesis.  Subclasses set the class attributes and write `check`, `system` and `candidates`.
+    """One kind of synthesis: a subclass sets the attributes and writes `check`, `system`, `candidates`.
 
     Attributes
     ----------
@@ -209,11 +212,11 @@ class Family:
         solutions: Solutions | None,
         progress: Callable[[str, float], None] | None = None,
     ) -> Iterator[Candidate]:
-        """Turn every root into a candidate; `progress` may be told (what, share done) during a long search."""
+        """Turn every root into a candidate; `progress` may be told (what, share done) in a long search."""
         raise NotImplementedError
 
     def symmetry(self) -> Sequence[Callable[[Any], Any]]:
-        """Generators of the group that permutes the roots of one task, each a map of a root (array) to a root.
+        """Generators of the group that permutes the roots of a task, each a map of a root (array) to a root.
 
         Two roots in one orbit are one linkage with its parts renamed, or its cognates.
         """
