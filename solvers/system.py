@@ -1,0 +1,303 @@
+"""A polynomial system: SymPy in, a straight-line program inside, immutable.
+
+A :class:`System` is a list of equations that are polynomial in its unknowns and rational in its parameters.
+It is never expanded. Degrees are found on the program itself, over a prime field along random lines, so that
+cancellation is seen without multiplying anything out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from solvers.from_sympy import InvalidSystem, program_from_sympy
+from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Builder, Exact, Node, Program
+
+#: The prime of the field in which degrees are measured; a product of two residues fits into an int64.
+PRIME = 2_147_483_629
+
+
+class System:
+    """Equations polynomial in the unknowns and rational in the parameters.
+
+    Parameters
+    ----------
+    equations : sequence of SymPy expressions
+        Each is set to zero. ``Eq(a, b)`` means ``a - b``.
+    unknowns : sequence of SymPy symbols
+    parameters : sequence of SymPy symbols
+        Symbols that get their values when the system is solved.
+    groups : sequence of sequences of symbols, optional
+        A partition of the unknowns for multihomogeneous start systems.
+
+    Raises
+    ------
+    InvalidSystem
+        An equation is not polynomial in the unknowns, or holds a symbol that is neither unknown nor parameter.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y, p = symbols("x y p")
+    >>> System([x**2 + y**2 - p, x - y], [x, y], [p])
+    System(2 equations, 2 unknowns, 1 parameter, degrees 2·1)
+    """
+
+    def __init__(
+        self,
+        equations: Iterable[Any],
+        unknowns: Sequence[Any],
+        parameters: Sequence[Any] = (),
+        groups: Sequence[Sequence[Any]] | None = None,
+    ) -> None:
+        self.unknowns = tuple(unknowns)
+        self.parameters = tuple(parameters)
+        self.equations, self.program, self.poles = program_from_sympy(
+            tuple(equations), self.unknowns, self.parameters
+        )
+        self.groups = _checked_groups(groups, self.unknowns)
+
+    @classmethod
+    def from_program(
+        cls,
+        program: Program,
+        unknowns: Sequence[Any] = (),
+        parameters: Sequence[Any] = (),
+        groups: Sequence[Sequence[Any]] | None = None,
+    ) -> System:
+        """A system given by a program whose output "F" is its equations; names may be any hashable labels."""
+        system = cls.__new__(cls)
+        system.unknowns = tuple(unknowns) or tuple(f"x{k}" for k in range(program.unknowns))
+        system.parameters = tuple(parameters) or tuple(f"p{k}" for k in range(program.parameters))
+        system.equations = ()
+        system.program = program
+        system.poles = ()
+        system.groups = _checked_groups(groups, system.unknowns)
+        return system
+
+    # -- sizes ----------------------------------------------------------------------------------------------
+    @property
+    def size(self) -> tuple[int, int]:
+        """(number of equations, number of unknowns)."""
+        return len(self.program.outputs["F"]), len(self.unknowns)
+
+    @cached_property
+    def degrees(self) -> tuple[int, ...]:
+        """The degree of each equation in the unknowns."""
+        return tuple(int(d) for d in self.degrees_in([list(range(len(self.unknowns)))])[0])
+
+    def degrees_in(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
+        """Degrees of the equations in groups of unknowns, shape (groups, equations).
+
+        `groups` lists indices of unknowns. The parameters are generic. Degrees are measured over a prime field
+        on a random line through a random point: wrong with probability below degree / 2^31.
+        """
+        bounds = [_degree_bounds(self.program, set(group)) for group in groups]
+        return np.array([_true_degrees(self.program, list(g), b) for g, b in zip(groups, bounds)])
+
+    @cached_property
+    def bezout(self) -> int:
+        """The total degree: the product of the degrees of the equations."""
+        return prod(self.degrees)
+
+    def values_of(self, parameters: Any = None) -> np.ndarray:
+        """Parameter values as a complex array in the order of ``self.parameters``.
+
+        Parameters
+        ----------
+        parameters : mapping from symbol (or its name) to number, or sequence of numbers, or None
+        """
+        if parameters is None:
+            parameters = ()
+        if isinstance(parameters, Mapping):
+            by_name = {str(key): value for key, value in parameters.items()}
+            missing = [str(s) for s in self.parameters if str(s) not in by_name]
+            if missing:
+                raise InvalidSystem(f"no value for the parameter {missing[0]}; give all of {self.parameters}")
+            parameters = [by_name[str(s)] for s in self.parameters]
+        values = np.asarray([complex(v) for v in parameters], dtype=np.complex128)
+        if len(values) != len(self.parameters):
+            raise InvalidSystem(
+                f"{len(values)} parameter values were given, the system has {len(self.parameters)} parameters"
+            )
+        if not np.all(np.isfinite(values)):
+            raise InvalidSystem("a parameter value is not finite")
+        return values
+
+    # -- programs -------------------------------------------------------------------------------------------
+    @cached_property
+    def jacobian_program(self) -> Program:
+        """Outputs "F" (equations), "J" (nonzero entries, see ``pattern``), "Ft" (derivative by velocities)."""
+        builder = Builder(len(self.unknowns), len(self.parameters))
+        nodes = self.embed(builder)
+        return differentiated(builder, nodes)
+
+    def embed(
+        self, builder: Builder, unknowns: Sequence[Node] | None = None, parameters: Sequence[Node] | None = None
+    ) -> list[Node]:
+        """Write the equations into a graph; by default on its first unknowns and parameters."""
+        if unknowns is None:
+            unknowns = [builder.unknown(k) for k in range(len(self.unknowns))]
+        if parameters is None:
+            parameters = [builder.parameter(k) for k in range(len(self.parameters))]
+        return self.program.embed(builder, unknowns, parameters)
+
+    def evaluate(self, points: Any, parameters: Any = None) -> tuple[np.ndarray, np.ndarray]:
+        """Values and Jacobians at points.
+
+        Parameters
+        ----------
+        points : array, shape (n, unknowns)
+
+        Returns
+        -------
+        F : ndarray, shape (n, equations)
+        J : ndarray, shape (n, equations, unknowns)
+        """
+        return evaluate(self.jacobian_program, points, self.values_of(parameters))
+
+    def __repr__(self) -> str:
+        rows, columns = self.size
+        count = len(self.parameters)
+        degrees = "·".join(map(str, self.degrees)) if rows <= 12 else f"product {self.bezout}"
+        return (
+            f"System({rows} equation{'s' * (rows != 1)}, {columns} unknown{'s' * (columns != 1)}, "
+            f"{count} parameter{'s' * (count != 1)}, degrees {degrees})"
+        )
+
+
+def differentiated(builder: Builder, nodes: Sequence[Node], moving: Iterable[int] | None = None) -> Program:
+    """A program with the outputs F, J (sparse, with its pattern) and Ft of the given equations."""
+    rows = [builder.gradient(node) for node in nodes]
+    pattern = [(i, j) for i, row in enumerate(rows) for j in sorted(row)]
+    entries = [rows[i][j] for i, j in pattern]
+    outputs = {"F": nodes, "J": entries, "Ft": builder.derivative_along_velocity(nodes, moving)}
+    return builder.finish(outputs, pattern)
+
+
+def evaluate(program: Program, points: Any, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n, equations) and dense Jacobians (n, equations, unknowns) by a program with outputs F and J.
+
+    `parameters` has the shape (parameters,), or (n, parameters) for other parameters at each point.
+    """
+    x = np.atleast_2d(np.asarray(points, dtype=np.complex128))
+    out = program.replay(list(x.T), list(np.asarray(parameters).T))
+    F = np.empty((len(x), len(out["F"])), np.complex128)
+    J = np.zeros((len(x), len(out["F"]), program.unknowns), np.complex128)
+    for i, value in enumerate(out["F"]):
+        F[:, i] = value
+    for (i, j), value in zip(program.pattern, out["J"]):
+        J[:, i, j] = value
+    return F, J
+
+
+def _checked_groups(groups: Any, unknowns: Sequence[Any]) -> tuple[tuple[int, ...], ...] | None:
+    if groups is None:
+        return None
+    where = {symbol: k for k, symbol in enumerate(unknowns)}
+    try:
+        indices = tuple(tuple(where[symbol] for symbol in group) for group in groups)
+    except KeyError as error:
+        raise InvalidSystem(f"the groups name {error.args[0]}, which is not an unknown") from None
+    if sorted(k for group in indices for k in group) != list(range(len(unknowns))):
+        raise InvalidSystem("the groups must hold every unknown exactly once")
+    return indices
+
+
+def _degree_bounds(program: Program, group: set[int]) -> list[int]:
+    """Upper bounds by the rules for sums and products."""
+    degree = [1 if k in group else 0 for k in range(program.unknowns)]
+    degree += [0] * (program.inputs - program.unknowns)
+    for op, a, b, c in program.code.tolist():
+        if op in (ADD, SUB):
+            degree.append(max(degree[a], degree[b]))
+        elif op == MUL:
+            degree.append(degree[a] + degree[b])
+        elif op == SQR:
+            degree.append(2 * degree[a])
+        elif op == NEG:
+            degree.append(degree[a])
+        elif op == INV:
+            degree.append(0)
+        else:  # FMA, FMS, FNMA
+            degree.append(max(degree[a] + degree[b], degree[c]))
+    return [degree[k] for k in program.outputs["F"]]
+
+
+def _true_degrees(program: Program, group: list[int], bounds: list[int]) -> list[int]:
+    """Degrees along a random line over the prime field, by divided differences on as many points as needed."""
+    rng = np.random.default_rng(20)
+    count = max(bounds, default=0) + 1
+    nodes = np.arange(1, count + 1, dtype=np.int64)
+    inputs = []
+    for k in range(program.unknowns + 2 * program.parameters):
+        base = int(rng.integers(1, PRIME))
+        slope = int(rng.integers(1, PRIME)) if k in group else 0
+        inputs.append((base + slope * nodes) % PRIME)
+    values = _replay_modular(program, inputs, count)
+    return [_degree_from_samples(nodes, value[: bound + 1]) for value, bound in zip(values, bounds)]
+
+
+def _degree_from_samples(nodes: np.ndarray, values: np.ndarray) -> int:
+    """Degree of the polynomial through (nodes, values) over the prime field; -1 for the zero polynomial."""
+    table = [int(v) for v in values]
+    coefficients = []
+    for order in range(len(table)):
+        coefficients.append(table[0])
+        step = [
+            (table[k + 1] - table[k]) * pow(int(nodes[k + order + 1] - nodes[k]), -1, PRIME) % PRIME
+            for k in range(len(table) - 1)
+        ]
+        table = step
+    nonzero = [order for order, value in enumerate(coefficients) if value]
+    return max(nonzero, default=-1)
+
+
+def _residue(value: Exact) -> int:
+    """A constant in the prime field; the imaginary unit becomes a fixed square root of -1 or a generic number."""
+    re, im = (v.numerator * pow(v.denominator, -1, PRIME) for v in value)
+    return (re + im * _IMAGINARY) % PRIME
+
+
+def _square_root_of_minus_one() -> int:
+    for base in range(2, 100):
+        root = pow(base, (PRIME - 1) // 4, PRIME)
+        if root * root % PRIME == PRIME - 1:
+            return root
+    raise ArithmeticError("the prime has no square root of -1")
+
+
+#: PRIME = 1 mod 4, so the field holds an imaginary unit.
+_IMAGINARY = _square_root_of_minus_one()
+
+
+def _replay_modular(program: Program, inputs: list[np.ndarray], count: int) -> list[np.ndarray]:
+    slots = list(inputs)
+    slots += [np.full(count, _residue(value), np.int64) for value in program.constants]
+    for op, a, b, c in program.code.tolist():
+        if op == ADD:
+            value = slots[a] + slots[b]
+        elif op == SUB:
+            value = slots[a] - slots[b]
+        elif op == NEG:
+            value = -slots[a]
+        elif op == INV:
+            value = np.array([pow(int(v), -1, PRIME) if v else 0 for v in slots[a]], np.int64)
+        elif op == SQR:
+            value = slots[a] * slots[a]
+        else:
+            value = slots[a] * slots[b]
+            if op == FMA:
+                value = value % PRIME + slots[c]
+            elif op == FMS:
+                value = value % PRIME - slots[c]
+            elif op == FNMA:
+                value = slots[c] - value % PRIME
+        slots.append(value % PRIME)
+    return [slots[k] for k in program.outputs["F"]]
+
+

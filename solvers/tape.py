@@ -1,0 +1,474 @@
+"""The straight-line program of a system: hash-consed instructions, derivatives on the tape.
+
+A :class:`Builder` grows a directed acyclic graph of arithmetic nodes in which no two nodes are equal, folds
+exact constants and differentiates: reverse mode gives Jacobian rows, forward mode gives the derivative along a
+parameter velocity. :meth:`Builder.finish` freezes the nodes that the outputs need into a :class:`Program`:
+plain arrays that every arithmetic replays and that a worker process receives as data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+# Instruction codes. The result of instruction k lives in slot (number of inputs + k).
+ADD, SUB, MUL, SQR, NEG, INV, FMA, FMS, FNMA = range(9)
+NAMES = ("add", "sub", "mul", "sqr", "neg", "inv", "fma", "fms", "fnma")
+#: operands that an instruction reads: FMA is a*b+c, FMS is a*b-c, FNMA is c-a*b
+ARITY = (2, 2, 2, 1, 1, 1, 3, 3, 3)
+
+Node = int
+Exact = tuple[Fraction, Fraction]
+
+_ZERO: Exact = (Fraction(0), Fraction(0))
+_ONE: Exact = (Fraction(1), Fraction(0))
+_MINUS_ONE: Exact = (Fraction(-1), Fraction(0))
+
+
+def exact(value: Any) -> Exact:
+    """The exact value of a number as a pair of fractions (real part, imaginary part).
+
+    Binary floats are dyadic rationals and are kept to the last bit.
+
+    >>> exact(0.5 + 2j)
+    (Fraction(1, 2), Fraction(2, 1))
+    """
+    if isinstance(value, tuple):
+        return value
+    if isinstance(value, (int, Fraction)):
+        return (Fraction(value), Fraction(0))
+    number = complex(value)
+    return (Fraction(number.real), Fraction(number.imag))
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A straight-line program as plain arrays.
+
+    Slots are numbered: unknowns, parameters, velocities, constants (in this order), then one per instruction.
+
+    Attributes
+    ----------
+    unknowns, parameters : int
+        Numbers of unknowns and of parameters; there are as many velocities as parameters.
+    constants : tuple of (Fraction, Fraction)
+        Exact constants, real and imaginary part.
+    code : ndarray, shape (instructions, 4), int32
+        Rows (operation, a, b, c); an operand that is not read is 0.
+    outputs : dict of str to ndarray of int32
+        Named lists of slots.
+    """
+
+    unknowns: int
+    parameters: int
+    constants: tuple[Exact, ...]
+    code: np.ndarray
+    outputs: dict[str, np.ndarray]
+    pattern: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
+
+    @property
+    def inputs(self) -> int:
+        """Number of slots before the first instruction."""
+        return self.unknowns + 2 * self.parameters + len(self.constants)
+
+    @property
+    def constant_values(self) -> np.ndarray:
+        """The constants rounded to double precision, shape (constants,)."""
+        return np.array([complex(float(re), float(im)) for re, im in self.constants], dtype=np.complex128)
+
+    def __repr__(self) -> str:
+        sizes = ", ".join(f"{name}: {len(slots)}" for name, slots in self.outputs.items())
+        return f"Program({self.unknowns} unknowns, {len(self.code)} instructions; {sizes})"
+
+    def replay(
+        self,
+        unknowns: Sequence[Any],
+        parameters: Sequence[Any] = (),
+        velocities: Sequence[Any] | None = None,
+        constants: Sequence[Any] | None = None,
+    ) -> dict[str, list[Any]]:
+        """Run the program over any numbers that know ``+ - * /``: arrays, double-doubles, mpmath, Arb balls.
+
+        Parameters
+        ----------
+        unknowns, parameters, velocities : sequences
+            One number (or one array of numbers, a lane for each path) for each input.
+        constants : sequence, optional
+            The constants in the arithmetic of the caller; double precision if not given.
+
+        Returns
+        -------
+        dict of str to list
+            The values of each named output.
+
+        Examples
+        --------
+        >>> b = Builder(1, 0)
+        >>> x = b.unknown(0)
+        >>> program = b.finish({"F": [b.sub(b.square(x), b.constant(2))]})
+        >>> program.replay([3.0])["F"]
+        [(7+0j)]
+        """
+        if velocities is None:
+            velocities = [0.0] * self.parameters
+        if constants is None:
+            constants = self.constant_values.tolist()
+        slots: list[Any] = [*unknowns, *parameters, *velocities, *constants]
+        push = slots.append
+        for op, a, b, c in self.code.tolist():
+            if op == FMA:
+                push(slots[a] * slots[b] + slots[c])
+            elif op == MUL:
+                push(slots[a] * slots[b])
+            elif op == ADD:
+                push(slots[a] + slots[b])
+            elif op == FNMA:
+                push(slots[c] - slots[a] * slots[b])
+            elif op == SUB:
+                push(slots[a] - slots[b])
+            elif op == FMS:
+                push(slots[a] * slots[b] - slots[c])
+            elif op == SQR:
+                push(slots[a] * slots[a])
+            elif op == NEG:
+                push(-slots[a])
+            else:
+                push(1 / slots[a])
+        return {name: [slots[k] for k in where.tolist()] for name, where in self.outputs.items()}
+
+    def embed(self, builder: Builder, unknowns: Sequence[Node], parameters: Sequence[Node]) -> list[Node]:
+        """Write this program's output "F" into a larger graph, on other nodes for its unknowns and parameters.
+
+        This is how a start system, a slice or a scaling is put round a system without going back to SymPy.
+        """
+        nodes: list[Node] = [*unknowns, *parameters, *[builder.zero] * self.parameters]
+        nodes += [builder.constant(value) for value in self.constants]
+        for op, a, b, c in self.code.tolist():
+            if op == ADD:
+                node = builder.add(nodes[a], nodes[b])
+            elif op == SUB:
+                node = builder.sub(nodes[a], nodes[b])
+            elif op == SQR:
+                node = builder.square(nodes[a])
+            elif op == NEG:
+                node = builder.negate(nodes[a])
+            elif op == INV:
+                node = builder.invert(nodes[a])
+            else:
+                node = builder.multiply(nodes[a], nodes[b])
+                if op == FMA:
+                    node = builder.add(node, nodes[c])
+                elif op == FMS:
+                    node = builder.sub(node, nodes[c])
+                elif op == FNMA:
+                    node = builder.sub(nodes[c], node)
+            nodes.append(node)
+        return [nodes[k] for k in self.outputs["F"].tolist()]
+
+
+class Builder:
+    """Grows a hash-consed graph of arithmetic nodes over unknowns, parameters and their velocities."""
+
+    def __init__(self, unknowns: int, parameters: int) -> None:
+        self.unknowns = unknowns
+        self.parameters = parameters
+        self._nodes: list[tuple[int, int, int]] = [(-1, 0, 0)] * (unknowns + 2 * parameters)
+        self._values: dict[Node, Exact] = {}
+        self._index: dict[tuple[int, int, int], Node] = {}
+        self._constants: dict[Exact, Node] = {}
+        # Bit masks: does a node depend on an unknown (1), on a parameter (2)?
+        self._depends: list[int] = [1] * unknowns + [2] * parameters + [0] * parameters
+        self.zero = self.constant(0)
+        self.one = self.constant(1)
+
+    # -- leaves ---------------------------------------------------------------------------------------------
+    def unknown(self, k: int) -> Node:
+        """The node of unknown k."""
+        return k
+
+    def parameter(self, k: int) -> Node:
+        """The node of parameter k."""
+        return self.unknowns + k
+
+    def velocity(self, k: int) -> Node:
+        """The node of the velocity of parameter k."""
+        return self.unknowns + self.parameters + k
+
+    def constant(self, value: Any) -> Node:
+        """The node of an exact constant."""
+        number = exact(value)
+        node = self._constants.get(number)
+        if node is None:
+            node = len(self._nodes)
+            self._nodes.append((-2, 0, 0))
+            self._depends.append(0)
+            self._values[node] = number
+            self._constants[number] = node
+        return node
+
+    def depends_on_unknowns(self, node: Node) -> bool:
+        """Whether any unknown enters the node."""
+        return bool(self._depends[node] & 1)
+
+    # -- arithmetic -----------------------------------------------------------------------------------------
+    def _make(self, op: int, a: Node, b: Node) -> Node:
+        key = (op, a, b)
+        node = self._index.get(key)
+        if node is None:
+            node = len(self._nodes)
+            self._nodes.append(key)
+            self._depends.append(self._depends[a] | self._depends[b])
+            self._index[key] = node
+        return node
+
+    def add(self, a: Node, b: Node) -> Node:
+        """a + b."""
+        va, vb = self._values.get(a), self._values.get(b)
+        if va is not None and vb is not None:
+            return self.constant((va[0] + vb[0], va[1] + vb[1]))
+        if va == _ZERO:
+            return b
+        if vb == _ZERO:
+            return a
+        if self._nodes[b][0] == NEG:
+            return self.sub(a, self._nodes[b][1])
+        if self._nodes[a][0] == NEG:
+            return self.sub(b, self._nodes[a][1])
+        return self._make(ADD, min(a, b), max(a, b))
+
+    def sub(self, a: Node, b: Node) -> Node:
+        """a - b."""
+        va, vb = self._values.get(a), self._values.get(b)
+        if va is not None and vb is not None:
+            return self.constant((va[0] - vb[0], va[1] - vb[1]))
+        if a == b:
+            return self.zero
+        if va == _ZERO:
+            return self.negate(b)
+        if vb == _ZERO:
+            return a
+        if self._nodes[b][0] == NEG:
+            return self.add(a, self._nodes[b][1])
+        return self._make(SUB, a, b)
+
+    def multiply(self, a: Node, b: Node) -> Node:
+        """a * b."""
+        va, vb = self._values.get(a), self._values.get(b)
+        if va is not None and vb is not None:
+            return self.constant((va[0] * vb[0] - va[1] * vb[1], va[0] * vb[1] + va[1] * vb[0]))
+        if va == _ZERO or vb == _ZERO:
+            return self.zero
+        if va == _ONE:
+            return b
+        if vb == _ONE:
+            return a
+        if va == _MINUS_ONE:
+            return self.negate(b)
+        if vb == _MINUS_ONE:
+            return self.negate(a)
+        if self._nodes[a][0] == NEG:
+            return self.negate(self.multiply(self._nodes[a][1], b))
+        if self._nodes[b][0] == NEG:
+            return self.negate(self.multiply(a, self._nodes[b][1]))
+        if a == b:
+            return self._make(SQR, a, a)
+        return self._make(MUL, min(a, b), max(a, b))
+
+    def square(self, a: Node) -> Node:
+        """a * a."""
+        return self.multiply(a, a)
+
+    def negate(self, a: Node) -> Node:
+        """-a."""
+        value = self._values.get(a)
+        if value is not None:
+            return self.constant((-value[0], -value[1]))
+        op, first, second = self._nodes[a]
+        if op == NEG:
+            return first
+        if op == SUB:
+            return self._make(SUB, second, first)
+        return self._make(NEG, a, a)
+
+    def invert(self, a: Node) -> Node:
+        """1 / a. Raises ZeroDivisionError for the constant zero."""
+        value = self._values.get(a)
+        if value is not None:
+            norm = value[0] ** 2 + value[1] ** 2
+            return self.constant((value[0] / norm, -value[1] / norm))
+        return self._make(INV, a, a)
+
+    def power(self, a: Node, exponent: int) -> Node:
+        """a to an integer power, by squaring."""
+        if exponent < 0:
+            return self.invert(self.power(a, -exponent))
+        if exponent == 0:
+            return self.one
+        half = self.power(a, exponent // 2)
+        square = self.square(half) if exponent > 1 else self.one
+        return self.multiply(square, a) if exponent % 2 else square
+
+    def total(self, terms: Iterable[Node]) -> Node:
+        """The sum of many nodes."""
+        result = self.zero
+        for term in terms:
+            result = self.add(result, term)
+        return result
+
+    # -- derivatives ----------------------------------------------------------------------------------------
+    def gradient(self, root: Node) -> dict[int, Node]:
+        """Reverse mode: the derivatives of one node by the unknowns it depends on, ``{unknown: node}``."""
+        if not self._depends[root] & 1:
+            return {}
+        needed: set[Node] = set()
+        stack = [root]
+        while stack:
+            node = stack.pop()
+            if node in needed or not self._depends[node] & 1:
+                continue
+            needed.add(node)
+            op, a, b = self._nodes[node]
+            if op >= 0:
+                stack.append(a)
+                if b != a:
+                    stack.append(b)
+        adjoint: dict[Node, Node] = {root: self.one}
+
+        def give(node: Node, amount: Node) -> None:
+            if self._depends[node] & 1:
+                adjoint[node] = self.add(adjoint[node], amount) if node in adjoint else amount
+
+        for node in sorted(needed, reverse=True):
+            op, a, b = self._nodes[node]
+            if op < 0:
+                continue
+            bar = adjoint.get(node, self.zero)
+            if op == ADD:
+                give(a, bar)
+                give(b, bar)
+            elif op == SUB:
+                give(a, bar)
+                give(b, self.negate(bar))
+            elif op == MUL:
+                give(a, self.multiply(bar, b))
+                give(b, self.multiply(bar, a))
+            elif op == SQR:
+                give(a, self.multiply(bar, self.add(a, a)))
+            elif op == NEG:
+                give(a, self.negate(bar))
+            else:  # INV
+                give(a, self.negate(self.multiply(bar, self.square(node))))
+        return {
+            k: adjoint[k]
+            for k in range(self.unknowns)
+            if k in adjoint and self._values.get(adjoint[k]) != _ZERO
+        }
+
+    def derivative_along_velocity(
+        self, roots: Sequence[Node], moving: Iterable[int] | None = None
+    ) -> list[Node]:
+        """Forward mode: the derivatives of nodes as the parameters move with their velocities.
+
+        Only the parameters listed in `moving` move (all, if it is not given); the others are held still, which
+        keeps the program short.
+        """
+        dots: dict[Node, Node] = {}
+        for k in range(self.parameters) if moving is None else moving:
+            dots[self.parameter(k)] = self.velocity(k)
+        needed: set[Node] = set()
+        stack = list(roots)
+        while stack:
+            node = stack.pop()
+            if node in needed or not self._depends[node] & 2 or self._nodes[node][0] < 0:
+                continue
+            needed.add(node)
+            stack += self._nodes[node][1:]
+        for node in sorted(needed):
+            op, a, b = self._nodes[node]
+            da, db = dots.get(a, self.zero), dots.get(b, self.zero)
+            if op == ADD:
+                dots[node] = self.add(da, db)
+            elif op == SUB:
+                dots[node] = self.sub(da, db)
+            elif op == MUL:
+                dots[node] = self.add(self.multiply(da, b), self.multiply(a, db))
+            elif op == SQR:
+                dots[node] = self.multiply(self.add(a, a), da)
+            elif op == NEG:
+                dots[node] = self.negate(da)
+            else:  # INV
+                dots[node] = self.negate(self.multiply(da, self.square(node)))
+        return [dots.get(root, self.zero) for root in roots]
+
+    # -- freezing -------------------------------------------------------------------------------------------
+    def finish(self, outputs: dict[str, Sequence[Node]], pattern: Any = None) -> Program:
+        """Freeze the nodes that the outputs need, with products fused into additions, as a :class:`Program`."""
+        uses: dict[Node, int] = {}
+        stack = [node for nodes in outputs.values() for node in nodes]
+        for node in stack:
+            uses[node] = uses.get(node, 0) + 1
+        seen: set[Node] = set()
+        while stack:
+            node = stack.pop()
+            if node in seen:
+                continue
+            seen.add(node)
+            op, a, b = self._nodes[node]
+            if op < 0:
+                continue
+            operands = (a, b) if ARITY[op] == 2 else (a,)
+            for operand in operands:
+                uses[operand] = uses.get(operand, 0) + 1
+                stack.append(operand)
+        constants = sorted(node for node in seen if node in self._values)
+        slot = {k: k for k in range(self.unknowns + 2 * self.parameters)}
+        first = self.unknowns + 2 * self.parameters
+        slot.update({node: first + k for k, node in enumerate(constants)})
+        at = first + len(constants)
+        order = sorted(node for node in seen if self._nodes[node][0] >= 0)
+        fused = self._fuse(order, uses)
+        absorbed = {product for _, product, _ in fused.values()}
+        code = []
+        for node in order:
+            if node in absorbed:
+                continue
+            op, a, b = self._nodes[node]
+            if node in fused:
+                op, product, other = fused[node]
+                _, a, b = self._nodes[product]
+                code.append((op, slot[a], slot[b], slot[other]))
+            else:
+                code.append((op, slot[a], slot[b] if ARITY[op] == 2 else 0, 0))
+            slot[node] = at
+            at += 1
+        return Program(
+            unknowns=self.unknowns,
+            parameters=self.parameters,
+            constants=tuple(self._values[node] for node in constants),
+            code=np.array(code, dtype=np.int32).reshape(-1, 4),
+            outputs={name: np.array([slot[n] for n in nodes], np.int32) for name, nodes in outputs.items()},
+            pattern=np.array(pattern if pattern is not None else [], dtype=np.int32).reshape(-1, 2),
+        )
+
+    def _fuse(self, order: list[Node], uses: dict[Node, int]) -> dict[Node, tuple[int, Node, Node]]:
+        """Sums that swallow a product used nowhere else: ``{sum: (operation, product, other operand)}``."""
+        fused: dict[Node, tuple[int, Node, Node]] = {}
+
+        def free_product(node: Node) -> bool:
+            return self._nodes[node][0] in (MUL, SQR) and uses[node] == 1
+
+        for node in order:
+            op, a, b = self._nodes[node]
+            if op == ADD and free_product(b):
+                fused[node] = (FMA, b, a)
+            elif op == ADD and free_product(a):
+                fused[node] = (FMA, a, b)
+            elif op == SUB and free_product(b):
+                fused[node] = (FNMA, b, a)
+            elif op == SUB and free_product(a):
+                fused[node] = (FMS, a, b)
+        return fused
