@@ -8,9 +8,9 @@ subclass of `Family`, and one line in the table of `mechanisms.families`.
 The road of a task through a family::
 
     Family.check(task)                    refuse what cannot be solved, with the reason
-    Family.system(task) -> Problem        the polynomials and their parameter values, or None when none are
-    needed solvers.solve(...)  -> Solutions      done by mechanisms.synthesize Family.candidates(task,
-    solutions)    yield one Candidate per root, or per root and free choice
+    Family.system(task) -> Problem        the polynomials and their parameters, or None when none are needed
+    solvers.solve(...) -> Solutions       done by mechanisms.synthesize
+    Family.candidates(task, solutions)    yield one Candidate per root, or per root and free choice
 
 Everything that a root can turn out to be is yielded, the useless ones too, each with its reason: what is
 dropped in silence cannot be counted in the funnel.
