@@ -83,9 +83,7 @@ def _sympy() -> Any:
     return sympy
 
 
-def _node(
-    root: Any, builder: Builder, memo: dict[Any, Node], unknowns: set[Any], number: int
-) -> Node:
+def _node(root: Any, builder: Builder, memo: dict[Any, Node], unknowns: set[Any], number: int) -> Node:
     """The node of an expression; an explicit stack, because sums of many thousand terms nest deeply."""
     stack = [root]
     while stack:

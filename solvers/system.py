@@ -137,7 +137,10 @@ class System:
         return differentiated(builder, nodes)
 
     def embed(
-        self, builder: Builder, unknowns: Sequence[Node] | None = None, parameters: Sequence[Node] | None = None
+        self,
+        builder: Builder,
+        unknowns: Sequence[Node] | None = None,
+        parameters: Sequence[Node] | None = None,
     ) -> list[Node]:
         """Write the equations into a graph; by default on its first unknowns and parameters."""
         if unknowns is None:
@@ -299,5 +302,3 @@ def _replay_modular(program: Program, inputs: list[np.ndarray], count: int) -> l
                 value = slots[c] - value % PRIME
         slots.append(value % PRIME)
     return [slots[k] for k in program.outputs["F"]]
-
-

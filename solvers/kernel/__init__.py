@@ -1,0 +1,1 @@
+"""Tracking paths: elimination order, compiled tick, predictor, corrector and step control."""
