@@ -3,10 +3,11 @@
 This is the method written once in plain sight. It needs no compiler, so it starts at once and runs anywhere;
 the compiled kernel does the same with paths in SIMD lanes and is tested against it.
 
-The path variable r runs from 1 to 0 along the line p(r) = base + r·direction of the parameters. One *tick*
-evaluates F, J and dF/dr at the lane's trial point and solves J·dx = F and J·dr = -Ft. The tick serves as a
-Newton step; when the step is small enough it serves as the tangent for the next prediction, so that no lane
-ever waits for another.
+The path variable r runs from 1 to 0 along the line p(r) = base + r·direction of the parameters, or along the
+toric path p(r) = base·exp(r·direction) of a polyhedral homotopy. One *tick* evaluates F, J and dF/dr at the
+lane's trial point and solves J·dx = F and J·dr = -Ft. The tick serves as a Newton step; when the step is small
+enough it serves as the tangent for the next prediction, so that no lane ever waits for another. At the end of
+the line a lane goes on with Newton steps until they stop shrinking: the last one tells how well the end is known.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class Settings:
     tolerance : float
         A Newton step below it (relative to the unknowns) ends the correction: the next would square it.
     largest_step : float
-        As a fraction of the whole line.
+        As a fraction of the whole line from start to end.
     smallest_step : float
         Relative to r; below it double precision cannot tell the two ends of a step apart.
     ticks : int
@@ -86,6 +87,9 @@ class Tracked:
     status : ndarray of int8
         An index into ``STATUS``.
     ticks, steps : ndarrays of int
+    quality : ndarray, shape (paths,)
+        Size of the last Newton step beside the unknowns. At a regular end it is the rounding error times the
+        condition; near a singular one it stays large.
     """
 
     x: np.ndarray
@@ -94,6 +98,7 @@ class Tracked:
     status: np.ndarray
     ticks: np.ndarray
     steps: np.ndarray
+    quality: np.ndarray
 
 
 #: Newton steps below this are rounding noise for the curvature estimate; measuring it there lets it run away.
@@ -102,6 +107,12 @@ NOISE = 1e-6
 ALWAYS_GOOD = 1e-8
 #: Newton steps allowed after a prediction.
 CORRECTIONS = 5
+#: Newton steps allowed at the end of the line, and the size below which another one cannot help.
+POLISHING, EXACT = 4, 1e-15
+#: A polishing step that is not smaller than the one before by this factor has met rounding or a singularity.
+SHRINKING = 0.25
+#: A start point that Newton's method has not confirmed after so many ticks is none.
+START_TICKS = 8
 
 
 def radius(contraction: np.ndarray | float) -> np.ndarray | float:
@@ -119,8 +130,9 @@ def track(
     end: float = 0.0,
     stop: float | None = None,
     settings: Settings | None = None,
+    kind: str = "line",
 ) -> Tracked:
-    """Track paths along p(r) = base + r·direction from r = start to r = end.
+    """Track paths from r = start down to r = end.
 
     Parameters
     ----------
@@ -131,13 +143,15 @@ def track(
     base, direction : ndarray, shape (parameters,) or (paths, parameters)
     stop : float, optional
         Pause a path when it has come so far, unless its next step reaches `end` at once.
+    kind : {"line", "toric"}
+        p(r) = base + r·direction, or p(r) = base·exp(r·direction) with a real direction.
 
     Returns
     -------
     Tracked
     """
     settings = settings or Settings()
-    lanes = _Lanes(program, x, base, direction, start, end, stop, settings)
+    lanes = _Lanes(program, x, base, direction, start, end, stop, settings, kind)
     while lanes.active.size:
         lanes.tick()
     return lanes.result
@@ -146,8 +160,9 @@ def track(
 class _Lanes:
     """The state of all lanes: columns of arrays."""
 
-    def __init__(self, program, x, base, direction, start, end, stop, settings) -> None:
-        self.program, self.settings = program, settings
+    def __init__(self, program, x, base, direction, start, end, stop, settings, kind) -> None:
+        self.program, self.settings, self.toric = program, settings, kind == "toric"
+        self.length = float(start) - float(end)
         self.end, self.stop = float(end), float(end if stop is None else stop)
         count, size = x.shape
         self.result = Tracked(
@@ -157,6 +172,7 @@ class _Lanes:
             status=np.full(count, EXHAUSTED, np.int8),
             ticks=np.zeros(count, np.int64),
             steps=np.zeros(count, np.int64),
+            quality=np.full(count, np.inf),
         )
         self.active = np.arange(count)
         parameters = len(np.atleast_1d(base).T)
@@ -182,6 +198,8 @@ class _Lanes:
         self.weights = self._weights(self.x)
         self.ticks = np.zeros(count, np.int64)
         self.steps = np.zeros(count, np.int64)
+        self.polishing = np.zeros(count, np.int64)
+        self.quality = np.full(count, np.inf)
 
     @staticmethod
     def _weights(x: np.ndarray) -> np.ndarray:
@@ -190,9 +208,13 @@ class _Lanes:
         return np.maximum(size, np.maximum(1e-4 * size.max(axis=0), 1e-30))
 
     def _solve(self) -> tuple[np.ndarray, np.ndarray]:
-        parameters = self.base + self.r * self.direction
         with np.errstate(all="ignore"):
-            out = self.program.replay(list(self.x), list(parameters), list(self.direction))
+            if self.toric:
+                parameters = self.base * np.exp(self.r * self.direction.real)
+                velocity = parameters * self.direction.real
+            else:
+                parameters, velocity = self.base + self.r * self.direction, self.direction
+            out = self.program.replay(list(self.x), list(parameters), list(velocity))
             size, count = self.x.shape
             J = np.zeros((count, size, size), np.complex128)
             right = np.empty((count, size, 2), np.complex128)
@@ -228,7 +250,17 @@ class _Lanes:
             bad |= (self.iteration == 0) & (self.omega * step > 8 * radius(s.contraction)) & (self.steps > 0)
             good = ~bad & (step < s.tolerance)
             bad |= ~good & (self.iteration >= CORRECTIONS)
-            self.x = np.where(bad, self.x, self.x - dx)
+            polishing = self.polishing > 0
+            good, bad = good & ~polishing, bad & ~polishing
+            shrunk = polishing & finite & (step < self.quality)
+            finished = polishing & (
+                ~finite | (step > SHRINKING * self.quality) | (step < EXACT) | (self.polishing >= POLISHING)
+            )
+            self.x = np.where(bad | polishing & ~shrunk, self.x, self.x - dx)
+        self.accepted[:, shrunk] = self.x[:, shrunk]
+        self.tangent[:, shrunk] = dr[:, shrunk]
+        self.quality = np.where(good | polishing & finite, step, self.quality)
+        self.polishing += polishing
         self.first = np.where(self.iteration == 0, step, self.first)
         self.last = np.where(good | bad, np.inf, step)
         theta = np.clip(ratio ** (1.0 / 2.0 ** np.maximum(self.iteration - 1, 0)), s.contraction / 2, 1e3)
@@ -238,7 +270,7 @@ class _Lanes:
             self._accept(good, dr)
         if bad.any():
             self._reject(bad, theta)
-        self._retire(good, bad)
+        self._retire(good, bad, finished)
 
     def _accept(self, good: np.ndarray, dr: np.ndarray) -> None:
         s = self.settings
@@ -258,7 +290,7 @@ class _Lanes:
             euler = np.minimum(np.sqrt(budget) / s.safety, h * 2)
             new = np.where(cubic, hermite, euler)
             new = np.minimum(new, np.where(self.rejected, h, 5 * h))
-            new = np.where(started, np.minimum(new, s.largest_step), self._first_step(dr))
+            new = np.where(started, np.minimum(new, s.largest_step * self.length), self._first_step(dr))
         for array, value in (
             (self.before, self.accepted),
             (self.tangent_before, self.tangent),
@@ -279,7 +311,7 @@ class _Lanes:
         """Move the unknowns by a few per cent at most."""
         with np.errstate(all="ignore"):
             speed = np.max(np.abs(tangent) / self.weights, axis=0)
-            return np.minimum(0.03 / np.maximum(speed, 1e-30), 0.05)
+            return np.minimum(0.03 / np.maximum(speed, 1e-30), 0.05 * self.length)
 
     def _reject(self, bad: np.ndarray, theta: np.ndarray) -> None:
         a = self.settings.contraction
@@ -313,18 +345,22 @@ class _Lanes:
         self.x[:, where] = trial[:, where]
         self.r = np.where(where, self.r_accepted - h, self.r)
 
-    def _retire(self, good: np.ndarray, bad: np.ndarray) -> None:
+    def _retire(self, good: np.ndarray, bad: np.ndarray, finished: np.ndarray) -> None:
         s = self.settings
+        self.polishing = np.where(good & (self.r_accepted <= self.end), 1, self.polishing)
         status = np.full(len(self.active), -1)
         status[self.ticks >= s.ticks] = EXHAUSTED
         status[
             bad
-            & ((self.h < s.smallest_step * np.abs(self.r_accepted)) | (self.steps == 0) & (self.ticks > 8))
+            & (
+                (self.h < s.smallest_step * np.abs(self.r_accepted))
+                | (self.steps == 0) & (self.ticks > START_TICKS)
+            )
         ] = STALLED
         far = np.abs(self.accepted).max(axis=0) > s.infinity
         status[good & far] = DIVERGED
-        status[good & (self.r_accepted <= self.stop)] = PAUSED
-        status[good & (self.r_accepted <= self.end)] = REACHED
+        status[good & (self.r_accepted <= self.stop) & (self.r_accepted > self.end)] = PAUSED
+        status[finished] = REACHED
         done = status >= 0
         if not done.any():
             return
@@ -335,6 +371,7 @@ class _Lanes:
         result.status[where] = status[done]
         result.ticks[where] = self.ticks[done]
         result.steps[where] = self.steps[done]
+        result.quality[where] = self.quality[done]
         keep = ~done
         self.active = self.active[keep]
         for name, value in vars(self).items():
