@@ -1,0 +1,282 @@
+"""The terms of a system: its equations expanded into exponents and exact coefficients.
+
+A system stays a straight-line program everywhere else. Here, and only here, it is multiplied out, because a
+mixed volume is a matter of exponents. The program is replayed over exact sparse polynomials (FLINT), with a
+guard on their size: a factored kinematic equation of a few lines may hold millions of terms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from solvers.from_sympy import InvalidSystem
+from solvers.system import PRIME, System
+from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Exact, Program
+
+#: More terms than this in one product are refused: at 1e6 terms the mixed cells are out of reach anyway.
+TERM_LIMIT = 1_000_000
+#: Seed of the residues that stand for parameters without values; any seed gives the same supports.
+_GENERIC_SEED = 314159
+
+
+class TooManyTerms(InvalidSystem):
+    """An equation has too many terms to be expanded; it can be solved by starts that do not expand it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """The expanded equations of a system.
+
+    Attributes
+    ----------
+    supports : tuple of ndarray, each of shape (terms, unknowns), int64
+        The exponents of each equation, in decreasing lexicographic order.
+    exact : tuple of tuple of (Fraction, Fraction)
+        The exact coefficients (real part, imaginary part), in the order of the supports.
+    """
+
+    supports: tuple[np.ndarray, ...]
+    exact: tuple[tuple[Exact, ...], ...]
+
+    @property
+    def coefficients(self) -> tuple[np.ndarray, ...]:
+        """The coefficients rounded to complex128, one array of shape (terms,) for each equation."""
+        return tuple(
+            np.array([complex(float(re), float(im)) for re, im in row], dtype=np.complex128) for row in self.exact
+        )
+
+    @property
+    def count(self) -> int:
+        """The number of terms of all equations together."""
+        return sum(len(support) for support in self.supports)
+
+    def __repr__(self) -> str:
+        return f"Terms({'+'.join(str(len(s)) for s in self.supports)} terms)"
+
+
+def terms(system: System, parameters: Any = None, limit: int = TERM_LIMIT) -> Terms:
+    """Exponents and exact coefficients of a system at given parameters.
+
+    Parameters
+    ----------
+    system : System
+    parameters : mapping or sequence of numbers
+        One value for each parameter; doubles are taken as the binary fractions that they are.
+    limit : int
+        Largest number of terms of any polynomial met on the way.
+
+    Returns
+    -------
+    Terms
+
+    Raises
+    ------
+    TooManyTerms
+        A product on the way would have more terms than `limit`.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> expanded = terms(System([(x + y) ** 2 - x**2, x * y - 1], [x, y]))
+    >>> expanded.supports[0].tolist(), expanded.coefficients[0].tolist()
+    ([[1, 1], [0, 2]], [(2+0j), (1+0j)])
+    """
+    import flint
+
+    values = system.values_of(parameters)
+    numbers = [(Fraction(v.real), Fraction(v.imag)) for v in values.tolist()]
+    count = len(system.unknowns)
+    ring = flint.fmpq_mpoly_ctx.get(_names(count), flint.Ordering.lex)
+
+    def lift(value: Exact) -> Any:
+        parts = [ring.constant(flint.fmpq(p.numerator, p.denominator)) for p in value]
+        return _Gaussian(parts[0], parts[1])
+
+    generators = [_Gaussian(g, ring.constant(0)) for g in ring.gens()]
+    rows = _expand(system.program, generators, [lift(v) for v in numbers], lift, limit)
+    supports, coefficients = [], []
+    for row in rows:
+        table: dict[tuple[int, ...], list[Fraction]] = {}
+        for place, part in enumerate((row.re, row.im)):
+            for monomial, value in zip(part.monoms(), part.coeffs()):
+                pair = table.setdefault(tuple(map(int, monomial)), [Fraction(0), Fraction(0)])
+                pair[place] = Fraction(int(value.p), int(value.q))
+        keys = sorted(table, reverse=True)
+        supports.append(np.array(keys, dtype=np.int64).reshape(-1, count))
+        coefficients.append(tuple((table[k][0], table[k][1]) for k in keys))
+    return Terms(tuple(supports), tuple(coefficients))
+
+
+def generic_supports(system: System, limit: int = TERM_LIMIT) -> tuple[np.ndarray, ...]:
+    """The exponents of each equation when the parameters are generic, shape (terms, unknowns) each.
+
+    The coefficients are followed in a prime field with random residues for the parameters, which is fast; a
+    term is overlooked with probability below degree / 2^31. Raises TooManyTerms as :func:`terms` does.
+
+    >>> from sympy import symbols
+    >>> x, y, p = symbols("x y p")
+    >>> [s.tolist() for s in generic_supports(System([(x + p) ** 2 - p**2 * (1 + y)], [x, y], [p]))]
+    [[[2, 0], [1, 0], [0, 1]]]
+    """
+    import flint
+
+    from solvers.system import _residue
+
+    rng = np.random.default_rng(_GENERIC_SEED)
+    count = len(system.unknowns)
+    ring = flint.nmod_mpoly_ctx.get(_names(count), PRIME, flint.Ordering.lex)
+
+    def lift(value: Exact) -> Any:
+        return ring.constant(_residue(value))
+
+    parameters = [ring.constant(int(rng.integers(1, PRIME))) for _ in system.parameters]
+    rows = _expand(system.program, list(ring.gens()), parameters, lift, limit)
+    supports = []
+    for row in rows:
+        keys = sorted((tuple(map(int, m)) for m in row.monoms()), reverse=True)
+        supports.append(np.array(keys, dtype=np.int64).reshape(-1, count))
+    return tuple(supports)
+
+
+def degrees_of(supports: Sequence[np.ndarray], group: Sequence[int]) -> list[int]:
+    """The degree of each equation in a group of unknowns, read off its exponents; -1 for the zero polynomial.
+
+    >>> degrees_of([np.array([[2, 1], [0, 3]])], [0])
+    [2]
+    """
+    return [int(s[:, list(group)].sum(axis=1).max()) if len(s) else -1 for s in supports]
+
+
+class _Gaussian:
+    """A polynomial with coefficients in Q(i), as real and imaginary part; real ones cost no more than over Q."""
+
+    __slots__ = ("im", "re")
+
+    def __init__(self, re: Any, im: Any) -> None:
+        self.re = re
+        self.im = im
+
+    def __len__(self) -> int:
+        return max(len(self.re), len(self.im))
+
+    def __add__(self, other: _Gaussian) -> _Gaussian:
+        return _Gaussian(self.re + other.re, self.im + other.im)
+
+    def __neg__(self) -> _Gaussian:
+        return _Gaussian(-self.re, -self.im)
+
+    def __mul__(self, other: _Gaussian) -> _Gaussian:
+        if not self.im and not other.im:
+            return _Gaussian(self.re * other.re, self.im)
+        return _Gaussian(
+            self.re * other.re - self.im * other.im,
+            self.re * other.im + self.im * other.re,
+        )
+
+    def inverse(self) -> _Gaussian:
+        norm = self.re * self.re + self.im * self.im
+        return _Gaussian(self.re / norm, -self.im / norm)
+
+
+def _names(count: int) -> tuple[str, ...]:
+    return tuple(f"x{k}" for k in range(count))
+
+
+def _expand(program: Program, unknowns: list[Any], parameters: list[Any], lift: Any, limit: int) -> list[Any]:
+    """Replay a program over polynomials.
+
+    A sum of many terms arrives as a chain of additions; adding them one by one would copy the growing sum
+    each time. So a slot may hold a list of summands, which is added up as a balanced tree when it is needed.
+    """
+    outputs = program.outputs["F"].tolist()
+    zero = lift((Fraction(0), Fraction(0)))
+    slots: list[Any] = [*unknowns, *parameters, *[zero] * len(parameters)]
+    slots += [lift(value) for value in program.constants]
+    uses = _uses(program, outputs)
+
+    def value(slot: int) -> Any:
+        held = slots[slot]
+        if isinstance(held, list):
+            held = slots[slot] = _tree_sum(held)
+        return held
+
+    def summands(slot: int) -> list[Any]:
+        held = slots[slot]
+        if isinstance(held, list) and uses[slot] == 1:
+            slots[slot] = None
+            return held
+        return [value(slot)]
+
+    def product(a: int, b: int) -> Any:
+        left, right = value(a), value(b)
+        if len(left) * len(right) > 50 * limit:
+            raise TooManyTerms(_too_many(limit))
+        result = left * right
+        if len(result) > limit:
+            raise TooManyTerms(_too_many(limit))
+        return result
+
+    for op, a, b, c in program.code.tolist():
+        if op in (MUL, SQR):
+            result: Any = product(a, b if op == MUL else a)
+        elif op == NEG:
+            result = -value(a)
+        elif op == INV:
+            held = value(a)
+            result = held.inverse() if isinstance(held, _Gaussian) else 1 / held
+        elif op == ADD:
+            first, second = summands(a), summands(b)
+            if len(first) < len(second):
+                first, second = second, first
+            first += second
+            result = first
+        elif op == SUB:
+            result = summands(a)
+            result.append(-value(b))
+        elif op == FMA:
+            result = summands(c)
+            result.append(product(a, b))
+        elif op == FMS:
+            result = [product(a, b), -value(c)]
+        elif op == FNMA:
+            result = summands(c)
+            result.append(-product(a, b))
+        else:
+            raise AssertionError(f"instruction {op}")
+        slots.append(result)
+    return [value(k) for k in outputs]
+
+
+def _uses(program: Program, outputs: list[int]) -> list[int]:
+    """How often each slot is read; an output counts twice, so that its summands are never given away."""
+    from solvers.tape import ARITY
+
+    uses = [0] * (program.inputs + len(program.code))
+    for op, *operands in program.code.tolist():
+        for slot in operands[: ARITY[op]]:
+            uses[slot] += 1
+    for slot in outputs:
+        uses[slot] += 2
+    return uses
+
+
+def _tree_sum(summands: list[Any]) -> Any:
+    while len(summands) > 1:
+        paired = [a + b for a, b in zip(summands[::2], summands[1::2])]
+        if len(summands) % 2:
+            paired.append(summands[-1])
+        summands = paired
+    return summands[0]
+
+
+def _too_many(limit: int) -> str:
+    return (
+        f"the equations have more than {limit} terms when multiplied out; "
+        "use a total-degree or multihomogeneous start, which keep them factored"
+    )
