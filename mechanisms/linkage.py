@@ -93,7 +93,7 @@ class Gear:
                     f"give an int or a fractions.Fraction"
                 )
             if value != 0:
-                kept[link] = Fraction(int(value.numerator), int(value.denominator))
+                kept[link] = Fraction(value)
         if not kept:
             raise LinkageError("a gear needs at least one link with a coefficient that is not zero")
         object.__setattr__(self, "coefficients", kept)
@@ -101,7 +101,7 @@ class Gear:
     def whole_numbers(self) -> dict[str, int]:
         """Return the same relation with whole coefficients that have no common divisor."""
         denominator = math.lcm(*(c.denominator for c in self.coefficients.values()))
-        whole = {link: int(c * denominator) for link, c in self.coefficients.items()}
+        whole = {link: int(Fraction(c) * denominator) for link, c in self.coefficients.items()}
         divisor = math.gcd(*whole.values())
         return {link: c // divisor for link, c in whole.items()}
 
@@ -223,9 +223,7 @@ class Linkage:
         """Return the distance of two points of a link."""
         for point in (first, second):
             if point not in self.links[link]:
-                raise LinkageError(
-                    f"link {link!r} has no point {point!r}; it has {', '.join(self.links[link])}"
-                )
+                raise LinkageError(f"link {link!r} has no point {point!r}; it has {', '.join(self.links[link])}")
         return abs(self.points[first] - self.points[second])
 
     def positions(self, rotations: Mapping[str, Any]) -> dict[str, Any]:
@@ -268,9 +266,7 @@ class Linkage:
             _known(slot.link, self.links, "slot: link")
             _known(slot.point, self.points, "slot: point")
             if slot.point in self.links[slot.link]:
-                raise LinkageError(
-                    f"slot: the pin {slot.point!r} is fixed to the link {slot.link!r} it slides on"
-                )
+                raise LinkageError(f"slot: the pin {slot.point!r} is fixed to the link {slot.link!r} it slides on")
         for gear in self.gears:
             for link in gear.coefficients:
                 _known(link, self.links, "gear: link")
@@ -313,9 +309,7 @@ class Linkage:
                 waiting.append(link)
         loose = [link for link in self.links if link not in reached]
         if loose:
-            raise LinkageError(
-                f"no chain of joints leads from the ground to {_names(loose)}; join it by a point"
-            )
+            raise LinkageError(f"no chain of joints leads from the ground to {_names(loose)}; join it by a point")
         for point in self.points:
             if not self.links_of(point):
                 raise LinkageError(f"point {point!r} belongs to no link; name it in a link or leave it out")

@@ -1,0 +1,355 @@
+"""Closure equations of a linkage, read once from its graph, as plain arrays.
+
+A spanning tree of the link graph places every link; each joint left over closes one loop. With the rotations
+q_k of the links and the displacements s_j of sliders and pins, loop l reads
+
+    c_l + Σ_k A_lk e^{i q_k} + Σ_j B_lj s_j e^{i q_{k(j)}} = 0,
+
+linear in the unit vectors e^{iq} and in the products s e^{iq}. Everything that moves a linkage (tracing,
+velocities, the polynomial system) works on A, B, c and k(j), never on the graph again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechanisms.linkage import GROUND, Input, Linkage, LinkageError
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The loop equations of one linkage; lengths are divided by ``scale``.
+
+    A configuration is a real vector x of length n: first the rotations (radians) of the ``rotations``
+    classes of links that turn together, then the displacements (over ``scale``) of sliders, then of pins in
+    slots.
+
+    Attributes
+    ----------
+    class_of : dict of str to int
+        Link to the index of its rotation; links that do not turn have the index ``rotations``.
+    matrix : (loops, rotations) complex array
+        A of the module's formula.
+    slides : (loops, slides) complex array
+        B of the module's formula.
+    slide_class : (slides,) int array
+        k(j) of the module's formula.
+    constant : (loops,) complex array
+        c of the module's formula.
+    gears : (gears, rotations) float array
+        Whole coefficients without a common divisor; each row times the rotations is a multiple of 2π.
+    place, place_slides, place_constant : complex arrays
+        The same three for the translation of each link (rows in the order of ``links``).
+    points : dict of str to (int, complex)
+        Point to the index of a link that carries it, and its place on it over ``scale``.
+    slide_links : tuple of (str, str)
+        The two links of each slider.
+    cycles : (loops, joints) float array
+        Which joints each loop passes, with sign and the square root of a weight.
+    loop_stage : (loops,) int array
+        Stage at which the loop closed, when the links were joined in stages.
+    joint_stage : (joints,) int array
+        Stage of the later of the two things that the joint joins.
+
+    Examples
+    --------
+    >>> from mechanisms.linkage import Linkage, Slider
+    >>> slider_crank = Linkage(
+    ...     points={"A": 0, "B": 1j, "C": 2},
+    ...     links={"ground": "A", "crank": "AB", "rod": "BC", "block": "C"},
+    ...     sliders=[Slider("ground", "block", 1, "C")],
+    ... )
+    >>> closure = Closure.of(slider_crank)
+    >>> closure.size, closure.equations
+    (3, 2)
+    >>> bool(abs(closure.residual(closure.reference())).max() < 1e-15)
+    True
+    """
+
+    links: tuple[str, ...]
+    class_of: Mapping[str, int]
+    matrix: np.ndarray
+    slides: np.ndarray
+    slide_class: np.ndarray
+    constant: np.ndarray
+    gears: np.ndarray
+    place: np.ndarray
+    place_slides: np.ndarray
+    place_constant: np.ndarray
+    points: Mapping[str, tuple[int, complex]]
+    scale: float
+    slide_links: tuple[tuple[str, str], ...]
+    cycles: np.ndarray
+    loop_stage: np.ndarray
+    joint_stage: np.ndarray
+
+    @classmethod
+    def of(cls, linkage: Linkage) -> Closure:
+        """Return the closure equations of a linkage (kept with it, so that they are derived once)."""
+        known = linkage.__dict__.get("_closure")
+        if known is None:
+            known = _derive(linkage)
+            linkage.__dict__["_closure"] = known
+        return known
+
+    @classmethod
+    def in_stages(cls, linkage: Linkage, stages: Mapping[str, int]) -> Closure:
+        """Return equations whose loops of stage i hold links of stages up to i only."""
+        return _derive(linkage, stages)
+
+    @property
+    def rotations(self) -> int:
+        """Number of independent rotations in a configuration."""
+        return self.matrix.shape[1]
+
+    @property
+    def size(self) -> int:
+        """Length n of a configuration."""
+        return self.matrix.shape[1] + self.slides.shape[1]
+
+    @property
+    def equations(self) -> int:
+        """Number of real equations."""
+        return 2 * self.matrix.shape[0] + self.gears.shape[0]
+
+    def reference(self) -> np.ndarray:
+        """Return the reference configuration, all zero."""
+        return np.zeros(self.size)
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Return the (…, equations) residuals: loops as Re, Im over ``scale``; gears in radians, wrapped."""
+        e, s = self._turned(x)
+        loops = self.constant + e[..., :-1] @ self.matrix.T + (s * e[..., self.slide_class]) @ self.slides.T
+        gear = x[..., : self.rotations] @ self.gears.T
+        return np.concatenate([_interleave(loops), gear - 2 * np.pi * np.round(gear / (2 * np.pi))], axis=-1)
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Return the (…, equations, size) derivative of the residual."""
+        e, s = self._turned(x)
+        turned = self.matrix * (1j * e[..., None, :-1])
+        slid = self.slides * e[..., None, self.slide_class]
+        for j, k in enumerate(self.slide_class):
+            if k < self.rotations:
+                turned[..., k] += 1j * slid[..., j] * s[..., None, j]
+        loops = np.concatenate([turned, slid], axis=-1)
+        rows = np.stack([loops.real, loops.imag], axis=-2)
+        rows = rows.reshape(*rows.shape[:-3], -1, self.size)
+        gear = np.concatenate([self.gears, np.zeros((len(self.gears), self.slides.shape[1]))], axis=1)
+        return np.concatenate([rows, np.broadcast_to(gear, (*rows.shape[:-2], *gear.shape))], axis=-2)
+
+    def curvature(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the (…, equations) second derivative of the residual along v twice: f''(x)[v, v]."""
+        e, s = self._turned(x)
+        w = np.concatenate([v[..., : self.rotations], np.zeros((*v.shape[:-1], 1))], axis=-1)
+        vs = v[..., self.rotations :]
+        ws = w[..., self.slide_class]
+        turned = -(w[..., :-1] ** 2) * e[..., :-1]
+        slid = e[..., self.slide_class] * (2j * vs * ws - s * ws**2)
+        loops = turned @ self.matrix.T + slid @ self.slides.T
+        return np.concatenate([_interleave(loops), np.zeros((*loops.shape[:-1], len(self.gears)))], axis=-1)
+
+    def gradient(self, driven: Input) -> tuple[np.ndarray, float]:
+        """Return (g, unit) such that unit · g·x is the input's value: radians, or the task's length unit."""
+        g = np.zeros(self.size)
+        if driven.translation:
+            for j, (a, b) in enumerate(self.slide_links):
+                if {a, b} == {driven.link, driven.relative_to}:
+                    g[self.rotations + j] = 1.0 if b == driven.link else -1.0
+                    return g, self.scale
+            raise LinkageError(f"no slider joins {driven.link!r} and {driven.relative_to!r}")
+        padded = np.zeros(self.rotations + 1)
+        padded[self.class_of[driven.link]] += 1.0
+        padded[self.class_of[driven.relative_to]] -= 1.0
+        g[: self.rotations] = padded[:-1]
+        if not g.any():
+            raise LinkageError(
+                f"link {driven.link!r} never turns against {driven.relative_to!r}; drive another one"
+            )
+        return g, 1.0
+
+    def configuration(self, rotations: Mapping[str, Any]) -> np.ndarray:
+        """Return the configuration (…, size) of given link rotations; displacements by least squares."""
+        unknown = [name for name in rotations if name not in self.class_of]
+        if unknown:
+            raise LinkageError(f"pose names a link that is not there: {', '.join(map(repr, unknown))}")
+        values: dict[int, np.ndarray] = {}
+        for link, angle in rotations.items():
+            values.setdefault(self.class_of[link], np.asarray(angle, dtype=float))
+        missing = [k for k in range(self.rotations) if k not in values]
+        if missing:
+            names = [link for link in self.links if self.class_of[link] in missing]
+            raise LinkageError(f"pose gives no rotation of {', '.join(map(repr, names))}; give one for each link")
+        shape = np.broadcast_shapes((), *(values[k].shape for k in range(self.rotations)))
+        x = np.zeros((*shape, self.size))
+        for k in range(self.rotations):
+            x[..., k] = values[k]
+        if self.slides.shape[1]:
+            x[..., self.rotations :] = self._displacements(x)
+        return x
+
+    def link_rotations(self, x: np.ndarray) -> dict[str, Any]:
+        """Return the rotation of every moving link at a configuration (…, size)."""
+        padded = np.concatenate([x[..., : self.rotations], np.zeros((*x.shape[:-1], 1))], axis=-1)
+        return {link: padded[..., self.class_of[link]] for link in self.links if link != GROUND}
+
+    def positions(self, rotations: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the positions of all points for given link rotations; see :meth:`Linkage.positions`."""
+        return self.points_at(self.configuration(rotations))
+
+    def points_at(self, x: np.ndarray) -> dict[str, Any]:
+        """Return the positions (length unit) of all points at a configuration (…, size)."""
+        e, s = self._turned(x)
+        shift = self.place_constant + e[..., :-1] @ self.place.T
+        shift = shift + (s * e[..., self.slide_class]) @ self.place_slides.T
+        rows = [self.class_of[link] for link in self.links]
+        return {
+            name: self.scale * (shift[..., link] + e[..., rows[link]] * home)
+            for name, (link, home) in self.points.items()
+        }
+
+    def _turned(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        q = np.concatenate([x[..., : self.rotations], np.zeros((*x.shape[:-1], 1))], axis=-1)
+        return np.exp(1j * q), x[..., self.rotations :]
+
+    def _displacements(self, x: np.ndarray) -> np.ndarray:
+        """Return the displacements that close the loops best for the rotations in x."""
+        e, _ = self._turned(x)
+        loops = self.constant + e[..., :-1] @ self.matrix.T
+        slid = self.slides * e[..., None, self.slide_class]
+        rows = np.stack([slid.real, slid.imag], axis=-2)
+        rows = rows.reshape(*rows.shape[:-3], -1, self.slides.shape[1])
+        return (np.linalg.pinv(rows) @ -_interleave(loops)[..., None])[..., 0]
+
+
+def _interleave(z: np.ndarray) -> np.ndarray:
+    return np.stack([z.real, z.imag], axis=-1).reshape(*z.shape[:-1], -1)
+
+
+def _classes(linkage: Linkage) -> tuple[dict[str, int], int]:
+    """Links joined by sliders turn together; return link to class, the ground's class being the last."""
+    leader = {link: link for link in linkage.links}
+
+    def find(link: str) -> str:
+        while leader[link] != link:
+            link = leader[link]
+        return link
+
+    for slider in linkage.sliders:
+        a, b = find(slider.link_a), find(slider.link_b)
+        if a != b:
+            leader[b if a == find(GROUND) else a] = a if a == find(GROUND) else b
+    index: dict[str, int] = {}
+    for link in linkage.links:
+        if find(link) != find(GROUND):
+            index.setdefault(find(link), len(index))
+    index[find(GROUND)] = len(index)
+    return {link: index[find(link)] for link in linkage.links}, len(index) - 1
+
+
+@dataclass(frozen=True)
+class _Edge:
+    """A joint in the graph: from node a to node b, the place it has on both, its displacement, its weight."""
+
+    a: str
+    b: str
+    place: complex
+    slide: int | None = None
+    weight: float = 1.0
+
+
+def _edges(linkage: Linkage, home: Mapping[str, complex]) -> list[_Edge]:
+    """Return the joints; a point of three or more links becomes a node of its own, named ``•point``."""
+    edges = []
+    for point, place in home.items():
+        owners = linkage.links_of(point)
+        if len(owners) == 2:
+            edges.append(_Edge(owners[0], owners[1], place))
+        elif len(owners) > 2:
+            edges += [_Edge(owner, "•" + point, place, weight=0.5) for owner in owners]
+    for j, slider in enumerate(linkage.sliders):
+        edges.append(_Edge(slider.link_a, slider.link_b, 0j, j))
+    for j, slot in enumerate(linkage.slots, start=len(linkage.sliders)):
+        edges.append(_Edge(slot.link, linkage.links_of(slot.point)[0], home[slot.point], j))
+    return edges
+
+
+def _derive(linkage: Linkage, stages: Mapping[str, int] | None = None) -> Closure:
+    """Derive the equations; links of a lower stage are joined first, so that their loops hold no other link."""
+    class_of, rotations = _classes(linkage)
+    links = tuple(linkage.links)
+    origin = sum(linkage.points.values()) / len(linkage.points)
+    # Twice the mean distance from the centre: any length of the linkage's own size makes steps comparable.
+    scale = 2 * float(np.mean([abs(z - origin) for z in linkage.points.values()])) or 1.0
+    home = {name: (z - origin) / scale for name, z in linkage.points.items()}
+    directions = [(class_of[s.link_a], s.direction) for s in linkage.sliders]
+    directions += [(class_of[s.link], s.direction) for s in linkage.slots]
+    edges = _edges(linkage, home)
+    stage = dict(stages or dict.fromkeys(links, 0))
+    for point in home:
+        stage["•" + point] = min(stage[owner] for owner in linkage.links_of(point))
+    slides = rotations + 1
+
+    def gap(edge: _Edge, number: int) -> np.ndarray:
+        """Translation of b minus that of a: coefficients of (e^{iq}, 1, s e^{iq}), then the edge's mark."""
+        row = np.zeros(slides + len(directions) + len(edges), dtype=complex)
+        row[class_of[edge.a]] += edge.place
+        if edge.b in class_of:
+            row[class_of[edge.b]] -= edge.place
+        if edge.slide is not None:
+            row[slides + edge.slide] += directions[edge.slide][1]
+        row[slides + len(directions) + number] = edge.weight**0.5
+        return row
+
+    shift = {GROUND: np.zeros(slides + len(directions) + len(edges), dtype=complex)}
+    loops, loop_stage = [], []
+    left = list(enumerate(edges))
+    for level in sorted(set(stage.values())):
+        progress = True
+        while progress:
+            progress = False
+            for number, edge in list(left):
+                if max(stage[edge.a], stage[edge.b]) > level:
+                    continue
+                if edge.a in shift and edge.b in shift:
+                    loops.append(shift[edge.a] + gap(edge, number) - shift[edge.b])
+                    loop_stage.append(level)
+                elif edge.a in shift:
+                    shift[edge.b] = shift[edge.a] + gap(edge, number)
+                elif edge.b in shift:
+                    shift[edge.a] = shift[edge.b] - gap(edge, number)
+                else:
+                    continue
+                left.remove((number, edge))
+                progress = True
+    rows = np.array(loops, dtype=complex).reshape(len(loops), slides + len(directions) + len(edges))
+    table = np.array([shift[link] for link in links])
+    gears = np.zeros((len(linkage.gears), rotations + 1))
+    for row, gear in zip(gears, linkage.gears):
+        for link, coefficient in gear.whole_numbers().items():
+            row[class_of[link]] += coefficient
+        if not row[:-1].any():
+            names = ", ".join(gear.coefficients)
+            raise LinkageError(f"gear on {names} says nothing: these links do not turn apart")
+    lines = slice(slides, slides + len(directions))
+    return Closure(
+        links=links,
+        class_of=class_of,
+        matrix=np.ascontiguousarray(rows[:, :rotations]),
+        slides=np.ascontiguousarray(rows[:, lines]),
+        slide_class=np.array([k for k, _ in directions], dtype=np.int64),
+        constant=np.ascontiguousarray(rows[:, rotations]),
+        gears=np.ascontiguousarray(gears[:, :-1]),
+        place=np.ascontiguousarray(table[:, :rotations]),
+        place_slides=np.ascontiguousarray(table[:, lines]),
+        place_constant=table[:, rotations] + origin / scale,
+        points={name: (links.index(linkage.links_of(name)[0]), z) for name, z in home.items()},
+        scale=scale,
+        slide_links=tuple((s.link_a, s.link_b) for s in linkage.sliders),
+        cycles=rows[:, slides + len(directions) :].real,
+        loop_stage=np.array(loop_stage, dtype=np.int64),
+        joint_stage=np.array([max(stage[edge.a], stage[edge.b]) for edge in edges], dtype=np.int64),
+    )

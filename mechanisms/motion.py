@@ -1,0 +1,321 @@
+"""Does a linkage really perform its task? Circuit, branch and order of its poses, for each input.
+
+The whole circuit through pose 0 is traced inside tubes (:mod:`mechanisms.curve`), so that "on the same
+circuit" is a fact; it is cut at the dead centres of the input, where the determinant of the closure
+equations without the input changes sign, so that "on the same branch" is one too. Signs of square roots,
+which jump where nothing singular happens, are not used.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechanisms.branches import Branches
+from mechanisms.closure import Closure
+from mechanisms.curve import Circuit, need_one_freedom, settle, trace
+from mechanisms.linkage import Input, Linkage, LinkageError
+from mechanisms.transmission import Transmission
+
+#: A pose that has to move by more than this (radians, or parts of the linkage's size) to close the loops is
+#: not reached.
+REACHED = 1e-2
+
+Pose = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What one input makes of the poses.
+
+    Attributes
+    ----------
+    same_circuit : bool
+        All poses can be reached without taking the linkage apart.
+    same_branch : bool
+        They are joined by a motion on which the input never stands still.
+    in_order : bool
+        Turning the input one way, either way, visits them in the order given (round and round, if it can).
+    full_rotation : bool
+        The input can make a full turn on the branch of pose 0.
+    min_transmission_deg : float
+        Least transmission angle (:mod:`mechanisms.transmission`) on the way from the first pose to the
+        last, or, if they are out of order, anywhere between them on the branch. Zero if no such way exists.
+    max_speed_ratio : float
+        Largest |rate of a link's turning / rate of the input| on that way, per radian or per length unit;
+        infinite if there is no way. This is the largest mechanical disadvantage.
+    clearance : float
+        How much further the input may go, beyond that way, until the nearest dead centre: radians or
+        length.
+    input_range : (float, float)
+        Least and largest input on the branch of pose 0, from the reference: radians or length.
+    circuits, branches : tuple of int
+        For each pose the number of its circuit (pose 0 has 0; −1 if it closes nowhere) and of its branch
+        there.
+    moved : tuple of float
+        How far each pose had to move to close the loops exactly, radians or parts of the linkage's size.
+    notes : tuple of str
+        Sentences about what is wrong or could not be decided.
+    """
+
+    same_circuit: bool
+    same_branch: bool
+    in_order: bool
+    full_rotation: bool
+    min_transmission_deg: float
+    max_speed_ratio: float = math.inf
+    clearance: float = 0.0
+    input_range: tuple[float, float] = (0.0, 0.0)
+    circuits: tuple[int, ...] = ()
+    branches: tuple[int, ...] = ()
+    moved: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the five keys of the JSON output."""
+        keys = ("same_circuit", "same_branch", "in_order", "full_rotation", "min_transmission_deg")
+        return {key: getattr(self, key) for key in keys}
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why the design is rejected for this input: ``circuit``, ``branch`` or ``order``; empty if not."""
+        if not self.same_circuit:
+            return ("circuit",)
+        if not self.same_branch:
+            return ("branch",)
+        return () if self.in_order else ("order",)
+
+    def __repr__(self) -> str:
+        if self.reasons:
+            return f"Verdict({self.reasons[0]} defect; {' '.join(self.notes)})"
+        turn = "full rotation" if self.full_rotation else "rocks"
+        return f"Verdict(defect-free, {turn}, transmission angle at least {self.min_transmission_deg:.1f}°)"
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Poses found on the circuits of a linkage: traced once, judged for as many inputs as wanted."""
+
+    linkage: Linkage
+    circuits: tuple[Circuit, ...]
+    circuit_of: tuple[int, ...]
+    places: tuple[float, ...]
+    moved: tuple[float, ...]
+
+    @classmethod
+    def of(cls, linkage: Linkage, poses: Sequence[Pose]) -> Placed:
+        """Trace the circuit through each pose and find the poses on them.
+
+        Raises
+        ------
+        LinkageError
+            If there is no pose, a pose leaves a link's rotation open, or the linkage has not one degree of
+            freedom.
+        """
+        if not poses:
+            raise LinkageError("no poses to judge; give at least pose 0")
+        closure = Closure.of(linkage)
+        need_one_freedom(closure)
+        circuits: list[Circuit] = []
+        circuit_of, places, moved = [], [], []
+        for pose in poses:
+            x, change = settle(closure, closure.configuration(pose))
+            moved.append(change)
+            number, place = -1, math.nan
+            if change <= REACHED:
+                number, place = _find(circuits, x)
+                if number < 0:
+                    circuits.append(trace(closure, x))
+                    number, place = len(circuits) - 1, circuits[-1].locate(x) or 0.0
+            circuit_of.append(number)
+            places.append(place)
+        if circuit_of[0] < 0:
+            raise LinkageError("pose 0 does not close the loops of the linkage; the rotations do not belong to it")
+        return cls(linkage, tuple(circuits), tuple(circuit_of), tuple(places), tuple(moved))
+
+    def judge(self, driven: Input) -> Verdict:
+        """Return the verdict for one input."""
+        self.linkage.check_input(driven)
+        cut = [Branches.of(circuit, driven) for circuit in self.circuits]
+        first = cut[0]
+        home = first.index(self.places[0])
+        branch_of = tuple(
+            -1 if number < 0 else cut[number].index(place) for number, place in zip(self.circuit_of, self.places)
+        )
+        same_circuit = all(number == 0 for number in self.circuit_of)
+        on_home = [n == 0 and first.holds(home, p) for n, p in zip(self.circuit_of, self.places)]
+        if not all(on_home) and same_circuit and first.near_cut(self.places[0]):
+            # Pose 0 in a dead centre belongs to two branches: try the other one.
+            for other in range(first.count):
+                if all(first.holds(other, p) for p in self.places):
+                    home, on_home = other, [True] * len(on_home)
+        same_branch = same_circuit and all(on_home)
+        low, high = first.range(home)
+        turns = not driven.translation and (first.endless or high - low >= 2 * math.pi - 1e-9)
+        if first.endless:
+            turns = not driven.translation and abs(high - low) > 1.0
+        travel = first.order(self.places, home) if same_branch else None
+        notes = _notes(self, branch_of, on_home, travel is not None, home)
+        if not same_branch:
+            return Verdict(
+                same_circuit, False, False, bool(turns), 0.0, math.inf, 0.0, (low, high),
+                self.circuit_of, branch_of, self.moved, notes,
+            )  # fmt: skip
+        way = travel if travel is not None else _hull(first, self.places, home)
+        transmission = least_transmission(Transmission(self.linkage, driven), first.circuit, way)
+        return Verdict(
+            True, True, travel is not None, bool(turns), math.degrees(transmission), _speed_ratio(first,
+            way), first.clearance(way, home), (low, high), self.circuit_of, branch_of, self.moved, notes,
+        )  # fmt: skip
+
+
+def judge(linkage: Linkage, driven: Input | str, poses: Sequence[Pose]) -> Verdict:
+    """Judge the motion of a linkage through its poses for one input.
+
+    Parameters
+    ----------
+    linkage : Linkage
+        With one degree of freedom.
+    driven : Input or str
+        What is driven; a string names one of ``linkage.inputs``.
+    poses : sequence of mapping
+        Configurations in the order of visit, pose 0 first: rotation of each moving link from the reference,
+        radians. They may be a little off (as rounded numbers are); each is first moved to close the loops
+        exactly.
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    LinkageError
+        If a link's rotation is missing, or the linkage has not one degree of freedom, or pose 0 closes
+        nowhere.
+
+    Examples
+    --------
+    >>> four_bar = Linkage({"A": 0, "B": 1j, "C": 3 + 2j, "D": 4},
+    ...                    {"ground": "AD", "crank": "AB", "coupler": "BC", "follower": "CD"})
+    >>> poses = [trace(Closure.of(four_bar)).at(place)[0] for place in (0.0, 5.0, 9.0)]
+    >>> poses = [dict(zip(("crank", "coupler", "follower"), pose)) for pose in poses]
+    >>> judge(four_bar, Input("crank"), poses)
+    Verdict(defect-free, full rotation, transmission angle at least 45.0°)
+    >>> judge(four_bar, Input("follower"), poses).reasons
+    ('branch',)
+    """
+    return judge_inputs(linkage, {"": driven}, poses)[""]
+
+
+def judge_inputs(
+    linkage: Linkage, inputs: Mapping[str, Input | str] | None, poses: Sequence[Pose]
+) -> dict[str, Verdict]:
+    """Judge several inputs (all of ``linkage.inputs`` if None) with one trace; see :func:`judge`."""
+    chosen = dict(linkage.inputs) if inputs is None else dict(inputs)
+    placed = Placed.of(linkage, poses)
+    return {name: placed.judge(_input(linkage, driven)) for name, driven in chosen.items()}
+
+
+def judge_many(
+    linkages: Iterable[Linkage], poses: Iterable[Sequence[Pose]], jobs: int = 1
+) -> list[dict[str, Verdict]]:
+    """Judge many designs, each with its own poses, for all of its inputs.
+
+    Parameters
+    ----------
+    linkages : iterable of Linkage
+    poses : iterable of sequence of mapping
+    jobs : int
+        Worker processes (joblib); the verdicts do not depend on it.
+
+    Returns
+    -------
+    list of dict of str to Verdict
+    """
+    work = list(zip(linkages, poses, strict=True))
+    if jobs == 1 or len(work) < 2:
+        return [judge_inputs(linkage, None, task) for linkage, task in work]
+    from joblib import Parallel, delayed
+
+    size = max(1, math.ceil(len(work) / (4 * jobs)))
+    chunks = [work[i : i + size] for i in range(0, len(work), size)]
+    parts = Parallel(n_jobs=jobs)(delayed(_judge_chunk)(chunk) for chunk in chunks)
+    return [verdict for part in parts for verdict in part]
+
+
+def _judge_chunk(work: list[tuple[Linkage, Sequence[Pose]]]) -> list[dict[str, Verdict]]:
+    return [judge_inputs(linkage, None, task) for linkage, task in work]
+
+
+def _input(linkage: Linkage, driven: Input | str) -> Input:
+    if isinstance(driven, Input):
+        return driven
+    if driven not in linkage.inputs:
+        raise LinkageError(f"no input {driven!r}; known are {', '.join(map(repr, linkage.inputs)) or 'none'}")
+    return linkage.inputs[driven]
+
+
+def _find(circuits: Sequence[Circuit], x: np.ndarray) -> tuple[int, float]:
+    for number, circuit in enumerate(circuits):
+        place = circuit.locate(x)
+        if place is not None:
+            return number, place
+    return -1, math.nan
+
+
+def least_transmission(transmission: Transmission, circuit: Circuit, way: tuple[float, float]) -> float:
+    """Return the least transmission angle (radians) between two places of a circuit, refined between nodes."""
+    low, high = min(way), max(way)
+    places = np.concatenate([[low], np.arange(math.floor(low) + 1, math.ceil(high)), [high]])
+    for _ in range(4):  # each round looks eight times closer round the least one
+        angles = transmission.angle(circuit.at(places % circuit.arcs if circuit.closed else places)[0])
+        best = int(np.argmin(angles))
+        near = places[max(best - 1, 0)], places[min(best + 1, len(places) - 1)]
+        if near[1] - near[0] < 1e-9:
+            break
+        places = np.linspace(*near, 17)
+    return float(angles.min())
+
+
+def _hull(branches: Branches, places: Sequence[float], number: int) -> tuple[float, float]:
+    """The least piece of a branch that holds all places; the whole of an endless one."""
+    low, high = branches.interval(number)
+    if branches.endless:
+        return low, high
+    arcs = branches.circuit.arcs
+    steps = [low + ((p - low) % arcs) if branches.circuit.closed else p for p in places]
+    steps = [p - arcs if p > high + 1e-6 else p for p in steps]
+    return min(steps), max(steps)
+
+
+def _speed_ratio(branches: Branches, way: tuple[float, float]) -> float:
+    circuit = branches.circuit
+    low, high = min(way), max(way)
+    places = np.concatenate([[low], np.arange(math.floor(low) + 1, math.ceil(high)), [high]])
+    _, tangent = circuit.at(places % circuit.arcs if circuit.closed else places)
+    turning = np.abs(tangent[:, : circuit.closure.rotations]).max(axis=1)
+    rate = np.abs(tangent @ branches.gradient) * branches.unit
+    return float((turning / np.maximum(rate, 1e-300)).max())
+
+
+def _notes(
+    placed: Placed, branch_of: Sequence[int], on_home: Sequence[bool], ordered: bool, home: int
+) -> tuple[str, ...]:
+    notes = []
+    for j, (number, here) in enumerate(zip(placed.circuit_of, on_home)):
+        if number < 0:
+            notes.append(f"Pose {j} is not reached: no configuration of the linkage is near it.")
+        elif number > 0:
+            notes.append(f"Pose {j} is on circuit {number}, pose 0 on circuit 0.")
+        elif not here:
+            notes.append(f"Pose {j} is on branch {branch_of[j]}, pose 0 on branch {home}.")
+    if not notes and not ordered:
+        notes.append("The poses are not visited in their order.")
+    for number in sorted({n for n in placed.circuit_of if n >= 0}):
+        for end in sorted({e for e in placed.circuits[number].ends if e not in ("closed", "start")}):
+            notes.append(f"Circuit {number} {end}.")
+    return tuple(notes)
