@@ -45,6 +45,7 @@ class ProductPoints:
 
     @property
     def count(self) -> int:
+        """The number of solutions."""
         return self.graph.count
 
     def points(self, indices: np.ndarray) -> np.ndarray:

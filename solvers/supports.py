@@ -130,7 +130,7 @@ def generic_supports(system: System, limit: int = TERM_LIMIT) -> tuple[np.ndarra
 
     rng = np.random.default_rng(_GENERIC_SEED)
     count = len(system.unknowns)
-    ring = flint.nmod_mpoly_ctx.get(_names(count), PRIME, flint.Ordering.lex)
+    ring = flint.nmod_mpoly_ctx.get(_names(count), PRIME, flint.Ordering.lex)  # type: ignore[call-arg, arg-type]
 
     def lift(value: Exact) -> Any:
         return ring.constant(_residue(value))

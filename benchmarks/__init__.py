@@ -1,0 +1,1 @@
+"""Polynomial systems with published root counts, and the programs that measure on them."""
