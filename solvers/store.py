@@ -138,7 +138,6 @@ class RunFile:
         return cls(path, connection)
 
     # -- what the run is about
-    # -----------------------------------------------------------------------------------
 
     @property
     def meta(self) -> dict[str, Any]:
@@ -153,7 +152,6 @@ class RunFile:
             self._connection.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", rows)
 
     # -- chunks of paths
-    # ------------------------------------------------------------------------------------------
 
     def append(self, stage: str, number: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Add one finished chunk, whole or not at all.
@@ -194,7 +192,6 @@ class RunFile:
         return dict(self._execute(query).fetchall())
 
     # -- anything else
-    # ----------------------------------------------------------------------------------------------
 
     def put(self, kind: str, documents: Mapping[str, Any]) -> None:
         """Store JSON documents of one kind by their ids, replacing earlier ones of the same id."""
@@ -216,7 +213,6 @@ class RunFile:
             yield name, _from_json(body, self.path)
 
     # -- opening and closing
-    # ----------------------------------------------------------------------------------------
 
     def close(self) -> None:
         """Close the file; everything that was added is in it."""

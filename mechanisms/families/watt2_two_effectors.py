@@ -1,0 +1,314 @@
+"""The two-effector Watt II: one crank, two four-bar loops, two bodies carried through two or three poses.
+
+A ternary crank turns about O1 and is the first link of two dyads, (W1, Z1) to the effector P and (W2, Z2) to
+the effector Q.  Two more dyads, (W3, Z3) from O3 and (W4, Z4) from O4, close a loop each.
+
+Equations: G. Kiper, Motion synthesis of a planar Watt II type six-bar mechanism with two end-effectors,
+(1)–(5).
+
+**Three poses.**  Eqs. (1)–(3) are ten real equations for ten unknowns.  Eliminating the dyads leaves Eq.
+(18) and its conjugate in x = E(β₂), y = E(β₃), of degrees 2 and 4.  All 8 = 2·4 roots are finite and nonzero
+for general data, and three of them are no linkage whatever the task is:
+
+- (1, 1): the crank does not turn;
+- (E(α₂), E(α₃)): the crank turns as P does, where the determinant of (W1, Z1) vanishes;
+- (E(γ₂), E(γ₃)): it turns as Q does, where that of (W2, Z2) vanishes.
+
+At each of them two of the factors in Eq. (18) vanish together, so that it holds although Eq. (1) does not.
+
+*At least one design is real, for general data.*  The conjugate equation is f*(x, y) = x²y²·conj(f(1/x̄, 1/ȳ)),
+and so σ: (x, y) → (1/x̄, 1/ȳ) maps the set of eight roots to itself.  Real angles are exactly the fixed points
+of σ.  The three trivial roots are fixed, which leaves σ to permute the other five; as σ is its own inverse it
+moves roots in pairs, and five is odd.  So one, three or five of them are fixed: real β₂ and β₃, and with them
+real dyads.
+
+**Two poses** have three free scalars; see `mechanisms.families.watt2_two_poses`.
+
+**The other dyads** have two free choices for three poses, three for two poses.  What the task does not
+choose is searched (`mechanisms.families.watt2_search`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanisms.families import watt2_two_poses as two
+from mechanisms.families.base import Candidate, Family, Free, Problem
+from mechanisms.families.dyads import Dyads, eliminant, three_pose_dyads, turn
+from mechanisms.families.watt2_linkage import ANGLES, INPUTS, Watt2
+from mechanisms.families.watt2_search import Half, Pick, Side, sample_side, search
+from mechanisms.task import Task, TaskError
+
+if TYPE_CHECKING:
+    from solvers import Solutions
+
+__all__ = ["TRIVIAL", "Watt2TwoEffectors"]
+
+#: The roots of Eq. (18) that belong to every task, in words.
+TRIVIAL = (
+    "trivial: beta = 0, the crank stands still",
+    "trivial: beta = alpha, W1 and Z1 at infinity",
+    "trivial: beta = gamma, W2 and Z2 at infinity",
+)
+#: A root this near to a trivial one is taken for it; generic roots are 1e-2 and more away, refined ones
+#: 1e-14.
+TRIVIAL_DISTANCE = 1e-7
+#: A body that turns less than this, in radians, in both moves is translated.
+TRANSLATION = 1e-9
+#: Newton steps that bring the angles from the solver's accuracy to rounding.
+POLISH = 3
+
+_VECTORS = [Free(n, "length", f"coordinate of {n[:2]}") for n in two.COORDINATES]
+_OUTER = [
+    Free(f"{vector}_{axis}", "length", f"coordinate of {vector}", range=True)
+    for vector in ("W3", "Z3", "W4", "Z4")
+    for axis in "xy"
+]
+_TURNS = [
+    Free(f"{name}{pose}", "angle", f"rotation of {link} to pose {pose} of the paper", range=True)
+    for name, link in (("eta", "W3"), ("phi", "W4"))
+    for pose in (2, 3)
+]
+
+
+class Watt2TwoEffectors(Family):
+    """Two bodies through two or three poses each, by a Watt II six-bar with one driven crank."""
+
+    name = "watt2-two-effectors"
+    summary = "Watt II six-bar that carries two bodies"
+    source = "Kiper, Motion synthesis of a planar Watt II type six-bar mechanism with two end-effectors"
+    effectors = ("P", "Q")
+    pose_counts = (2, 3)
+    too_many = "four poses give 14 equations for 11 unknowns"
+    unknowns = "e^(i beta2), e^(i beta3)"
+    roots = "8, of which 3 trivial"
+    free = (Free("beta2", "angle", "rotation of the crank"), *_VECTORS, *_TURNS, *_OUTER)
+    inputs = INPUTS
+
+    def check(self, task: Task) -> None:
+        """Refuse choices that fit no such task, and pure translations of three poses."""
+        poses = len(task.poses["P"])
+        if poses == 2:
+            for name in ("eta3", "phi3"):
+                if name in task.free:
+                    raise TaskError(f"{task.where}: free.{name}_deg: two poses have no {name}; leave it out")
+            two.check_two_poses(task)
+            self._check_outer(task)
+            return
+        allowed = [item.name for item in _TURNS]
+        for name in task.free:
+            if name not in allowed:
+                key = "beta2_deg" if name == "beta2" else name
+                raise TaskError(
+                    f"{task.where}: free.{key}: three poses determine it; "
+                    f"free are {', '.join(item.key for item in _TURNS)}"
+                )
+        for body in self.effectors:
+            turns = _rotations(task, body)
+            if all(abs(turn(angle)) < TRANSLATION for angle in turns):
+                raise TaskError(
+                    f"{task.where}: effectors.{body}.poses: a pure translation, for which the determinant "
+                    f"(E(β₂)−1)(E(α₃)−1) − (E(α₂)−1)(E(β₃)−1) vanishes whatever β; turn {body} in one of its poses"
+                )
+
+    def system(self, task: Task) -> Problem | None:
+        """Eq. (18) and its conjugate for three poses, lengths in units of the task's size."""
+        if len(task.poses["P"]) == 2:
+            return two.two_pose_problem(task)
+        from solvers import System
+
+        equations = eliminant()
+        return Problem(
+            System([equations.f, equations.conjugate], equations.unknowns, equations.parameters),
+            _eliminant_values(task),
+            finite=8,
+            trivial=3,
+            evidence="Bézout number 2·4",
+            mirror=lambda points: 1 / np.conjugate(points),
+        )
+
+    def candidates(
+        self,
+        task: Task,
+        solutions: Solutions | None,
+        progress: Callable[[str, float], None] | None = None,
+    ) -> Iterator[Candidate]:
+        """Name the trivial roots, and give each real one its dyads: the chosen ones, or the best found."""
+        cranks = self._two_poses(task, solutions) if len(task.poses["P"]) == 2 else self._roots(task, solutions)
+        for done, crank in enumerate(cranks):
+            if isinstance(crank, Candidate):
+                yield crank
+                continue
+            if progress is not None:
+                progress("searching the free dyads", min(1.0, done / 8))
+            yield from _complete(task, *crank)
+
+    def _roots(self, task: Task, solutions: Solutions | None) -> Iterator[Candidate | _Crank]:
+        assert solutions is not None
+        points, problem = solutions.points, self.system(task)
+        assert problem is not None
+        real, trivial = problem.real(points), _trivial_roots(task, points)
+        alpha, gamma = _rotations(task, "P"), _rotations(task, "Q")
+        for root, point in enumerate(points):
+            if root in trivial:
+                yield Candidate(
+                    root, _angles(np.angle(point)), reasons=("degenerate",), note=trivial[root], angles=ANGLES
+                )
+                continue
+            if not real[root]:
+                named = {"E(beta2)": complex(point[0]), "E(beta3)": complex(point[1])}
+                yield Candidate(root, named, reasons=("complex",))
+                continue
+            beta = _polished(task, np.angle(point))
+            dyad1 = three_pose_dyads(beta, alpha, _moves(task, "P"))
+            dyad2 = three_pose_dyads(beta, gamma, _moves(task, "Q"))
+            yield root, beta, dyad1, dyad2
+
+    def _two_poses(self, task: Task, solutions: Solutions | None) -> Iterator[Candidate | _Crank]:
+        for found in two.shared_dyads(task, solutions):
+            if isinstance(found, int):
+                yield Candidate(found, reasons=("complex",))
+                continue
+            root, beta, dyad1, dyad2 = found
+            if max(abs(complex(v)) for v in (*dyad1, *dyad2)) > 1e9 * task.size or abs(turn(beta)) < 1e-9:
+                yield Candidate(
+                    root, {"beta2": beta}, reasons=("degenerate",), note="crank stands still", angles=ANGLES
+                )
+                continue
+            yield root, (beta,), dyad1, dyad2
+
+    def _check_outer(self, task: Task) -> None:
+        for link, body, angle in (("W3", "Z3", "eta2"), ("W4", "Z4", "phi2")):
+            given = [f"{v}_{axis}" for v in (link, body) for axis in "xy" if f"{v}_{axis}" in task.free]
+            if len(given) > 2:
+                raise TaskError(
+                    f"{task.where}: free.{given[2]}: with {angle} two coordinates determine {link} and {body}; "
+                    f"leave out one of {', '.join(given)}"
+                )
+
+
+#: root, β, (W1, Z1), (W2, Z2)
+_Crank = tuple[int | None, tuple[float, ...], Dyads, Dyads]
+
+
+def _complete(
+    task: Task, root: int | None, beta: tuple[float, ...], dyad1: Dyads, dyad2: Dyads
+) -> Iterator[Candidate]:
+    """The designs that one crank leads to, as the free dyads are given or searched."""
+    poses = range(2, 2 + len(beta))
+    halves = (
+        Half("W3", "Z3", tuple(f"eta{n}" for n in poses), *_body(task, "P"), dyad1.W, dyad1.Z, beta),  # type: ignore
+        Half("W4", "Z4", tuple(f"phi{n}" for n in poses), *_body(task, "Q"), dyad2.W, dyad2.Z, beta),  # type: ignore
+    )
+    sides = tuple(sample_side(task, half, task.seed + k) for k, half in enumerate(halves))
+    samples = max(side.turns.shape[1] for side in sides)
+    share, picks = search(task, halves, sides)  # type: ignore[arg-type]
+    for pick in picks:
+        yield _candidate(task, root, beta, (dyad1, dyad2), sides, pick, share if samples > 1 else None, samples)
+
+
+def _candidate(
+    task: Task,
+    root: int | None,
+    beta: tuple[float, ...],
+    shared: tuple[Dyads, Dyads],
+    sides: tuple[Side, ...],
+    pick: Pick,
+    share: float | None,
+    samples: int,
+) -> Candidate:
+    p, q = sides
+    outer = [Dyads(side.dyads.W[k], side.dyads.Z[k]) for side, k in ((p, pick.p), (q, pick.q))]
+    vectors = np.array([*shared[0], *shared[1], *outer[0], *outer[1]])
+    design = Watt2(
+        p=task.poses["P"][0].point,
+        q=task.poses["Q"][0].point,
+        dyads=(shared[0], shared[1], outer[0], outer[1]),
+        beta=beta,
+        eta=p.turns[:, pick.p].tolist(),
+        phi=q.turns[:, pick.q].tolist(),
+        alpha=_rotations(task, "P"),
+        gamma=_rotations(task, "Q"),
+    )
+    if not np.all(np.isfinite(vectors)) or np.abs(vectors).max() > 1e9 * task.size:
+        reason = "a free dyad is not determined by its angles (its determinant vanishes)"
+        return Candidate(root, _angles(beta), reasons=("degenerate",), note=reason, angles=ANGLES)
+    extra: dict[str, Any] = {} if share is None else {"defect_free_share": share, "samples": samples}
+    note = ""
+    if share is not None:
+        note = f"best {pick.best_at}" if pick.best_at else "no choice of the free dyads is free of defects"
+    return Candidate(
+        root,
+        design.parameters(),
+        design.linkage(task.title, task.length_unit),
+        design.poses(),
+        note=note,
+        angles=ANGLES,
+        extra=extra,
+    )
+
+
+def _angles(beta: Any) -> dict[str, complex]:
+    return {f"beta{pose}": float(angle) for pose, angle in enumerate(beta, start=2)}
+
+
+def _moves(task: Task, body: str) -> tuple[complex, ...]:
+    first, *later = task.poses[body]
+    return tuple(pose.point - first.point for pose in later)
+
+
+def _rotations(task: Task, body: str) -> tuple[float, ...]:
+    first, *later = task.poses[body]
+    return tuple(math.remainder(pose.angle - first.angle, 2 * math.pi) for pose in later)
+
+
+def _body(task: Task, body: str) -> tuple[complex, tuple[complex, ...], tuple[float, ...]]:
+    return task.poses[body][0].point, _moves(task, body), _rotations(task, body)
+
+
+def _eliminant_values(task: Task) -> list[complex]:
+    """Parameters of Eq. (18): the nine complex data in units of the task's size, then their conjugates."""
+    units = [complex(np.exp(1j * angle)) for body in ("P", "Q") for angle in _rotations(task, body)]
+    offset = task.poses["Q"][0].point - task.poses["P"][0].point
+    lengths = [offset, *_moves(task, "P"), *_moves(task, "Q")]
+    values = units + [length / task.size for length in lengths]
+    return values + [value.conjugate() for value in values]
+
+
+def _trivial_roots(task: Task, points: NDArray[Any]) -> dict[int, str]:
+    """Which root is which trivial one: the nearest to each, if it is near."""
+    alpha, gamma = (np.exp(1j * np.array(_rotations(task, body))) for body in ("P", "Q"))
+    named: dict[int, str] = {}
+    for words, place in zip(TRIVIAL, (np.ones(2), alpha, gamma)):
+        distances = np.abs(points - place).max(axis=1, initial=0.0)
+        distances[list(named)] = np.inf
+        if len(distances) and distances.min() < TRIVIAL_DISTANCE:
+            named[int(np.argmin(distances))] = words
+    return named
+
+
+def _polished(task: Task, beta: NDArray[Any]) -> tuple[float, float]:
+    """β₂, β₃ by Newton's method on the real and imaginary part of Eq. (18), from a root that is real to 1e-8."""
+    a2, a3, g2, g3, d_pq, p2, p3, q2, q3 = _eliminant_values(task)[:9]
+    a2, a3, g2, g3 = a2 - 1, a3 - 1, g2 - 1, g3 - 1
+    angles = np.array(beta, dtype=float)
+    for _ in range(POLISH):
+        b2, b3 = complex(turn(angles[0])), complex(turn(angles[1]))
+        # factors of Eq. (18), each linear in b2 and b3, with their derivatives by b2 and b3
+        sum_p = np.array([a3 * p2 - a2 * p3 + b2 * p3 - b3 * p2, p3, -p2])
+        sum_q = np.array([g3 * q2 - g2 * q3 + b2 * q3 - b3 * q2, q3, -q2])
+        det_p, det_q = np.array([b2 * a3 - a2 * b3, a3, -a2]), np.array([b2 * g3 - g2 * b3, g3, -g2])
+        left, right = sum_p + d_pq * det_p, sum_q
+        value = left[0] * det_q[0] - right[0] * det_p[0]
+        slopes = left[1:] * det_q[0] + left[0] * det_q[1:] - right[1:] * det_p[0] - right[0] * det_p[1:]
+        columns = slopes * 1j * np.exp(1j * angles)
+        jacobian = np.array([columns.real, columns.imag])
+        if abs(np.linalg.det(jacobian)) < 1e-300:
+            break
+        angles = angles - np.linalg.solve(jacobian, [value.real, value.imag])
+    return float(angles[0]), float(angles[1])
