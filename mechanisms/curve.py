@@ -89,7 +89,7 @@ class Circuit:
             Arc number plus the fraction of its step; grows along the circuit.
         """
         gap = wrap(self.closure, x - self.x[:-1])
-        along = np.einsum("ij,ij->i", gap, self.tangent[:-1])
+        along = (gap * self.tangent[:-1]).sum(axis=1)
         off = np.abs(gap - along[:, None] * self.tangent[:-1]).max(axis=1)
         slack = ROUND_OFF * self.step
         inside = (along >= -slack) & (along <= self.step + slack) & (off <= self.radius)
@@ -100,16 +100,9 @@ class Circuit:
 
     def at(self, place: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return configurations and unit tangents at places (scalar or (k,)) of the circuit."""
-        tube = _compiled()
         places = np.atleast_1d(np.asarray(place, dtype=float))
-        arcs = np.clip(np.floor(places).astype(int), 0, self.arcs - 1)
-        xs, ts = np.empty((len(places), self.x.shape[1])), np.empty((len(places), self.x.shape[1]))
-        for arc in np.unique(arcs):
-            here = arcs == arc
-            tau = (places[here] - arc) * self.step[arc]
-            xs[here], ts[here] = tube.on_arc(
-                *kernel(self.closure), self.x[arc], self.tangent[arc], self.bend[arc], tau
-            )
+        nodes = self.x, self.tangent, self.bend, self.step
+        xs, ts = _compiled().on_arcs(*kernel(self.closure), *nodes, places)
         return (xs, ts) if np.ndim(place) else (xs[0], ts[0])
 
     def sample(self, places: np.ndarray) -> dict[str, np.ndarray]:
@@ -263,5 +256,10 @@ def _suspicious(rate: np.ndarray, slope: np.ndarray, length: np.ndarray) -> np.n
 def _turns_of_cubic(p: float, q: float, dp: float, dq: float) -> list[float]:
     """Parameters in (0, 1) where the Hermite cubic with values p, q and slopes dp, dq is stationary."""
     a, b, c = 3 * (2 * p + dp - 2 * q + dq), 2 * (-3 * p - 2 * dp + 3 * q - dq), dp
-    roots = np.roots([a, b, c]) if abs(a) > 1e-300 else np.array([-c / b] if b else [])
-    return sorted(float(z.real) for z in roots if abs(z.imag) < 1e-9 and 0 < z.real < 1)
+    square = b * b - 4 * a * c
+    if square < 0 or (a == 0 and b == 0):
+        return []
+    # The stable form of the two roots, which also serves when a is zero.
+    half = -0.5 * (b + math.copysign(math.sqrt(square), b))
+    roots = [half / a if a else math.inf, c / half if half else math.inf]
+    return sorted(z for z in roots if 0 < z < 1)

@@ -101,7 +101,7 @@ class _Block:
 
     loops: np.ndarray
     unknowns: np.ndarray
-    free: np.ndarray  # (unknowns, k): directions of the unknowns that gears and a locked input leave
+    free: np.ndarray | None  # (unknowns, k): directions that gears and a locked input leave; None for all
     metric: np.ndarray  # (loops, loops): W with |W·gap| the length of a gap
 
 
@@ -137,8 +137,11 @@ class Transmission:
         for block in self._blocks:
             rows = np.stack([2 * block.loops, 2 * block.loops + 1], axis=1)
             part = jacobian[..., rows[:, :, None], block.unknowns]  # (…, loops, 2, unknowns)
-            part = np.einsum("ml,...lcu,uf->...mcf", block.metric, part, block.free, optimize=True)
-            part = part.reshape(*x.shape[:-1], -1, block.free.shape[1])
+            if block.free is not None:
+                part = part @ block.free
+            if len(block.loops) > 1:
+                part = np.einsum("ml,...lcf->...mcf", block.metric, part)
+            part = part.reshape(*x.shape[:-1], -1, part.shape[-1])
             least = np.minimum(least, _least_sine(part))
         return np.arcsin(np.clip(least, 0.0, 1.0))
 
@@ -178,10 +181,10 @@ def _new(closure: Closure, joints: Sequence[int], level: int) -> list[int]:
     return [j for j in joints if closure.joint_stage[j] == level]
 
 
-def _free(ties: Sequence[np.ndarray], size: int) -> np.ndarray:
+def _free(ties: Sequence[np.ndarray], size: int) -> np.ndarray | None:
     """Return a basis of the directions that satisfy the ties, by elimination (so that names do not matter)."""
     if not ties:
-        return np.eye(size)
+        return None
     rows = np.array(ties, dtype=float)
     pivots: list[int] = []
     for i in range(len(rows)):

@@ -354,6 +354,28 @@ def on_arc(a, b, slot, c, gears, x, t, d, tau):
 
 
 @njit(cache=True)
+def on_arcs(a, b, slot, c, gears, xs, ts, ds, hs, places):
+    """Return (configurations, unit tangents) at places (k,): arc numbers plus fractions of their steps."""
+    arcs, n = hs.shape[0], xs.shape[1]
+    out = np.empty((places.shape[0], n))
+    tangents = np.empty((places.shape[0], n))
+    tau = np.empty(1)
+    for i in range(places.shape[0]):
+        arc = min(max(int(np.floor(places[i])), 0), arcs - 1)
+        fraction = places[i] - arc
+        if fraction == 0.0 or fraction == 1.0:
+            node = arc + int(fraction)
+            out[i] = xs[node]
+            tangents[i] = ts[node]
+            continue
+        tau[0] = fraction * hs[arc]
+        x, t = on_arc(a, b, slot, c, gears, xs[arc], ts[arc], ds[arc], tau)
+        out[i] = x[0]
+        tangents[i] = t[0]
+    return out, tangents
+
+
+@njit(cache=True)
 def turning(a, b, slot, c, gears, x, t, d, low, high, g):
     """Return the chart parameter in [low, high] where the input g·x stands still; its rate changes sign there."""
     ends = np.array([low, high])

@@ -1,0 +1,144 @@
+"""Linkages on which motion is tested, with the published source of those that have one."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+
+from mechanisms.linkage import Input, Linkage, PinSlot
+
+
+def meet(a: complex, ra: float, b: complex, rb: float, side: int = 1) -> complex:
+    """Return the point at distance ra from a and rb from b, to the left (side 1) or right (−1) of a→b."""
+    d = abs(b - a)
+    x = (d * d + ra * ra - rb * rb) / (2 * d)
+    return a + (b - a) / d * (x + 1j * side * math.sqrt(ra * ra - x * x))
+
+
+def four_bar(ground, crank, coupler, follower, crank_angle=1.0, side=1):
+    """Four-bar from its lengths and the crank's angle."""
+    b = crank * cmath.exp(1j * crank_angle)
+    return four_bar_at(0, b, meet(b, coupler, ground, follower, side), ground)
+
+
+def four_bar_at(a, b, c, d):
+    """Four-bar from its joints, a and d fixed."""
+    return Linkage(
+        points={"A": a, "B": b, "C": c, "D": d},
+        links={"ground": "AD", "crank": "AB", "coupler": "BC", "follower": "CD"},
+        inputs={name: Input(name) for name in ("crank", "coupler", "follower")},
+    )
+
+
+def two_effector_watt2(w1, z1, w2, z2, w3, z3, w4, z4):
+    """Watt II with two effectors (Kiper, Motion synthesis of a planar Watt II type six-bar mechanism)."""
+    o1 = -(w1 + z1)
+    q = o1 + w2 + z2
+    return Linkage(
+        points={
+            "O1": o1, "A": o1 + w1, "A'": o1 + w2, "P": 0, "Q": q,
+            "O3": -(w3 + z3), "C": -z3, "O4": q - (w4 + z4), "C'": q - z4,
+        },
+        links={
+            "ground": ("O1", "O3", "O4"),
+            "crank": ("O1", "A", "A'"),
+            "P-coupler": ("A", "P", "C"),
+            "Q-coupler": ("A'", "Q", "C'"),
+            "P-rocker": ("O3", "C"),
+            "Q-rocker": ("O4", "C'"),
+        },
+        bodies={"P": ("P-coupler", "P"), "Q": ("Q-coupler", "Q")},
+        inputs={name: Input(name) for name in ("crank", "P-rocker", "Q-rocker")},
+    )  # fmt: skip
+
+
+def watt2_poses(beta, alpha, gamma, eta, phi):
+    """Poses of that linkage from its five rotations in degrees, without the zero ones of the reference."""
+    names = ("crank", "P-coupler", "Q-coupler", "P-rocker", "Q-rocker")
+    rows = np.radians(np.array([beta, alpha, gamma, eta, phi], dtype=float)).T
+    return [dict.fromkeys(names, 0.0)] + [dict(zip(names, map(float, row))) for row in rows]
+
+
+#: Poses of Table 4 of Suárez-Velásquez et al., Synthesis of a novel planar linkage to visit up to eight poses, 2018.
+TABLE_4 = [
+    (0.00, 0.00, 90.00), (0.45, 0.24, 77.36), (1.32, 0.42, 55.03), (2.29, 0.17, 30.20),
+    (2.88, -0.43, 10.03), (2.95, -0.97, 1.71), (2.60, -1.26, 10.03), (1.93, -1.57, 30.20),
+]  # fmt: skip
+
+#: Tables 5, 6 and 7 of the same paper; the last entry is how many poses of Table 4 are meant.
+WANZER = {
+    5: dict(B=1.9791 + 0.2393j, C=-0.6422j, Q=1.3258 - 1.8860j, M=-0.6476 + 0.6j, N=-2.3886 - 3.25j,
+            e=0.6259, f=2.4334, g=1.8, MR=1.0570, NS=2.2288, theta0=0.0, poses=6),
+    6: dict(B=1.7931 - 0.0273j, C=1.2916 - 1.0358j, Q=1.5249 - 1.5556j, M=0.3259 + 2.0997j, N=-1.3909 - 1.75j,
+            e=2.3850, f=1.1688, g=1.8, MR=1.1179, NS=1.8230, theta0=0.0, poses=7),
+    7: dict(B=-1.0555 - 3.1004j, C=3.6548 - 0.7435j, Q=3.5231 - 3.3015j, M=2.4618 + 2.6287j, N=6.3114 - 6.8307j,
+            e=2.8766, f=0.2351, g=2.2857, MR=2.1484, NS=10.5636, theta0=-2.8999, poses=8),
+}  # fmt: skip
+
+
+def wanzer(table):
+    """Return the modified Wanzer linkage of a table of that paper and its poses, from the printed numbers."""
+    d = WANZER[table]
+    theta0 = math.radians(d["theta0"])
+    a0 = 2.0 * cmath.exp(1j * math.radians(240))
+    rows = []
+    for x, y, beta in TABLE_4[: d["poses"]]:
+        phi, p = math.radians(beta - 90), complex(x, y)
+        turn = cmath.exp(1j * phi)
+        gb, gc, gb0, gc0 = p + turn * d["B"] - d["Q"], p + turn * d["C"] - d["Q"], d["B"] - d["Q"], d["C"] - d["Q"]
+        u, v = cmath.exp(1j * theta0), 1j * cmath.exp(1j * theta0)
+        k10, k20 = (gb0 * v.conjugate()).real, (gc0 * u.conjugate()).real
+        delta = (gb * gc.conjugate()).real
+        sine = (gb.imag * k20 - k10 * gc.real) / delta
+        cosine = (gb.real * k20 + gc.imag * k10) / delta
+        theta = math.atan2(sine, cosine)
+        a = p + turn * a0
+        eta = _coupler_angle(a, d)
+        r = a + cmath.exp(1j * eta) * complex(-d["e"], -d["g"])
+        s = a + cmath.exp(1j * eta) * complex(d["f"], -d["g"])
+        rows.append((phi, theta, eta, cmath.phase(r - d["M"]), cmath.phase(s - d["N"]), r, s))
+    r0, s0 = rows[0][5], rows[0][6]
+    linkage = Linkage(
+        points={"P": 0, "A": a0, "B": d["B"], "C": d["C"], "Q": d["Q"], "M": d["M"], "N": d["N"], "R": r0, "S": s0},
+        links={
+            "ground": ("M", "N", "Q"),
+            "crank": ("M", "R"),
+            "coupler": ("R", "S", "A"),
+            "follower": ("N", "S"),
+            "body": ("P", "A", "B", "C"),
+            "disc": ("Q",),
+        },
+        slots=[
+            PinSlot("disc", "B", cmath.exp(1j * theta0)),
+            PinSlot("disc", "C", 1j * cmath.exp(1j * theta0)),
+        ],
+        bodies={"P": ("body", "P")},
+        inputs={"crank": Input("crank"), "disc": Input("disc")},
+    )
+    first = rows[0]
+    poses = [
+        {
+            "body": phi - first[0],
+            "disc": theta - first[1],
+            "coupler": eta - first[2],
+            "crank": crank - first[3],
+            "follower": follower - first[4],
+        }
+        for phi, theta, eta, crank, follower, _, _ in rows
+    ]
+    return linkage, poses
+
+
+def _coupler_angle(a, d):
+    """Angle η of the four-bar's coupler when its point A is at a: the paper's equations (19), solved for η."""
+    lengths = {"M": (d["M"], d["MR"], -d["e"]), "N": (d["N"], d["NS"], d["f"])}
+    rows, right = [], []
+    for pivot, length, side in lengths.values():
+        # |a + e^{iη} w − pivot|² = length² with w = side − ig: linear in cos η and sin η.
+        w, z = complex(side, -d["g"]), a - pivot
+        rows.append([2 * (w * z.conjugate()).real, -2 * (w * z.conjugate()).imag])
+        right.append(length**2 - abs(z) ** 2 - abs(w) ** 2)
+    cosine, sine = np.linalg.solve(rows, right)
+    return math.atan2(sine, cosine)
