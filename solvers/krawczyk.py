@@ -1,0 +1,380 @@
+"""Krawczyk's test: a box that provably holds one root and no other.
+
+For a point x, any matrix C and radii r > 0 write X for all y with |y_i - x_i| <= r_i, and let
+
+    b_i >= |C F(x)|_i ,     A_ij >= |I - C M|_ij  for every matrix M in the enclosure J(X).
+
+If ``b + A r < r`` in every component, then g(y) = y - C F(y) maps X into its interior and contracts it in the
+norm max |y_i| / r_i (F(y) - F(z) = M (y - z) with some M in J(X), because discs are convex).  So X holds exactly
+one root, the root is simple, and it lies within ``b + A r`` of x: the *inclusion* radius, smaller than the
+*uniqueness* radius r.  Nothing is assumed about C or about how x was found.  (Krawczyk, Computing 1969; Rump,
+"Verification methods", Acta Numerica 2010, §13; for complex boxes also Breiding, Rose, Timme, "Certifying zeros
+of polynomial systems using interval arithmetic", ACM TOMS 2023.)
+
+Two arithmetics do it: discs in double precision for a thousand points at once, and Arb balls of any precision for
+the points that those leave open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from solvers.arithmetic import balls
+from solvers.arithmetic.discs import Disc, U, enclosures, gamma, magnitude, replay, up
+from solvers.system import evaluate
+from solvers.tape import Exact, Program
+
+#: The uniqueness radius is this many times the first estimate of the error: a larger box tells a real root from
+#: a pair of conjugate ones (three times is the least that can), a smaller one needs less smoothness.
+INFLATION = 8.0
+#: Times that a box is enlarged because the image stuck out of it (epsilon-inflation, Rump).
+INFLATIONS = 3
+#: A point is near a root if Newton's first step is below this share of the point's largest coordinate, ...
+NEAR = 1e-3
+#: ... or below this length, for roots at the origin.
+NEAR_ORIGIN = 1e-9
+#: Newton steps in double precision before Arb takes over. Endpoints of paths need one.
+FLOAT_STEPS = 4
+#: A relative Newton step below which the Jacobian need not be evaluated again.
+SMALL_STEP = 1e-8
+#: Newton steps in Arb at one precision; from nine digits, 1024 bits need six.
+ARB_STEPS = 12
+#: Newton converges at least this fast to a simple root near which it starts; to a double root the ratio is 1/2.
+ARB_RATIO = 0.3
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked: a square system at exact parameter values, as two programs.
+
+    Attributes
+    ----------
+    residual : Program
+        Output "F".
+    jacobian : Program
+        Outputs "F" and "J" with the pattern of J.
+    parameters : tuple of exact values
+    """
+
+    residual: Program
+    jacobian: Program
+    parameters: tuple[Exact, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.residual.unknowns
+
+    @cached_property
+    def _discs(self) -> tuple[list[Disc], list[Disc], list[Disc]]:
+        return (
+            enclosures(self.parameters),
+            enclosures(self.residual.constants),
+            enclosures(self.jacobian.constants),
+        )
+
+    def discs(self, output: str, x: np.ndarray, radii: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Midpoints and radii of "F" or "J" over polydiscs."""
+        parameters, for_residual, for_jacobian = self._discs
+        if output == "F":
+            return replay(self.residual, x, radii, parameters, "F", for_residual)
+        return replay(self.jacobian, x, radii, parameters, "J", for_jacobian)
+
+    @property
+    def rounded(self) -> np.ndarray:
+        """The parameters in double precision; infinite where they do not fit."""
+        return np.array([disc.mid if disc.rad < np.inf else np.inf for disc in self._discs[0]], np.complex128)
+
+
+@dataclass
+class Boxes:
+    """Polydiscs round points: ``|root - midpoint| <= radius`` in each coordinate.
+
+    Attributes
+    ----------
+    midpoints : ndarray of complex, shape (n, k)
+    radii : ndarray of float, shape (n, k)
+        Inclusion: the root lies within them. NaN where nothing was proved.
+    unique : ndarray of float, shape (n, k)
+        Uniqueness: no other root lies within them.
+    """
+
+    midpoints: np.ndarray
+    radii: np.ndarray
+    unique: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.midpoints)
+
+    def __repr__(self) -> str:
+        count = int(np.isfinite(self.radii).all(axis=1).sum())
+        return f"Boxes({count} of {len(self)} proved, largest radius {np.nanmax(self.radii, initial=0.0):.1e})"
+
+
+# -- discs: all points at once -----------------------------------------------------------------------------------
+def krawczyk_discs(question: Question, points: np.ndarray) -> Boxes:
+    """Test many points at once in double precision.
+
+    Parameters
+    ----------
+    points : ndarray of complex, shape (n, k)
+
+    Returns
+    -------
+    Boxes
+        With NaN radii where the test failed: near-singular roots, and points that are not near a root.
+    """
+    with np.errstate(all="ignore"):
+        x, C, near = _newton(question, points)
+        return _test_discs(question, x, C, near)
+
+
+def _newton(question: Question, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Newton's method: points, approximate inverses of their Jacobians, and whether they were near a root."""
+    parameters = question.rounded
+    x = np.array(points, np.complex128)
+    C = np.full((len(x), question.size, question.size), np.nan, np.complex128)
+    near = np.zeros(len(x), bool)
+    first = np.full(len(x), np.nan)
+    todo = np.flatnonzero(np.isfinite(x).all(axis=1))
+    for step in range(FLOAT_STEPS):
+        F, J = evaluate(question.jacobian, x[todo], parameters)
+        C[todo] = inverses(J)
+        dx = _apply(C[todo], F)
+        x[todo] -= dx
+        length, size = np.abs(dx).max(axis=1), np.abs(x[todo]).max(axis=1)
+        if step == 0:
+            first[todo] = length
+            near[todo] = (length <= NEAR * size) | (length <= NEAR_ORIGIN)
+        # A second step longer than half the first: Newton does not converge from here to the root beside it.
+        near[todo] &= (step != 1) | (length <= 0.5 * first[todo])
+        todo = todo[near[todo] & (length > SMALL_STEP * size)]
+        if not len(todo):
+            break
+    near[todo] = False
+    kept = np.flatnonzero(near)
+    F = np.column_stack(_columns(question.residual, x[kept], parameters))
+    x[kept] -= _apply(C[kept], F)
+    return x, C, near
+
+
+def _columns(program: Program, x: np.ndarray, parameters: np.ndarray) -> list[np.ndarray]:
+    values = program.replay(list(x.T.copy()), list(parameters))["F"]
+    return [np.broadcast_to(value, (len(x),)) for value in values]
+
+
+def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return np.matmul(matrices, vectors[..., None])[..., 0]
+
+
+def inverses(J: np.ndarray) -> np.ndarray:
+    """Approximate inverses of many matrices, shape (n, k, k); NaN where a matrix is singular.
+
+    Rows are first scaled by powers of two, so that partial pivoting compares like with like.
+    """
+    largest = np.abs(J).max(axis=2)
+    exponent = np.where(np.isfinite(largest) & (largest > 0), np.frexp(largest)[1], 0)
+    scale = np.ldexp(1.0, -np.clip(exponent, -1000, 1000))
+    scaled = J * scale[:, :, None]
+    try:
+        inverse = np.linalg.inv(scaled)
+    except np.linalg.LinAlgError:  # numpy gives up on all of them because of one
+        inverse = np.full_like(J, np.nan)
+        for k, matrix in enumerate(scaled):
+            try:
+                inverse[k] = np.linalg.inv(matrix)
+            except np.linalg.LinAlgError:
+                continue
+    return inverse * scale[:, None, :]
+
+
+def _test_discs(question: Question, x: np.ndarray, C: np.ndarray, near: np.ndarray) -> Boxes:
+    """The inequality b + A r < r with every rounding error bounded; see `discs` for the bounds."""
+    n, k = x.shape
+    boxes = Boxes(x.copy(), np.full((n, k), np.nan), np.full((n, k), np.nan))
+    where = np.flatnonzero(near)
+    if not len(where):
+        return boxes
+    x, C = x[where], C[where]
+    inner = np.sqrt(2) * gamma(2 * k + 2)  # inner products of k complex terms; two more for the factor itself
+    size_C = magnitude(C)
+
+    F, F_rad = question.discs("F", x, None)
+    CF = _apply(C, F)
+    b = up(magnitude(CF) + _apply(size_C, F_rad + inner * magnitude(F)), k + 4)
+
+    pattern = question.jacobian.pattern
+    rows, columns = pattern[:, 0], pattern[:, 1]
+    J = np.zeros((len(x), k, k), np.complex128)
+    J_rad = np.zeros((len(x), k, k))
+    J[:, rows, columns] = question.discs("J", x, None)[0]
+    remainder = np.eye(k) - np.matmul(C, J)
+    size_E = magnitude(remainder) * (1 + 4 * U)  # the subtraction from I rounds once more
+    product_error = inner * magnitude(J)
+
+    def image(radius: np.ndarray) -> np.ndarray:
+        """An upper bound of b + A radius; 2k + 8 covers the roundings of two nested sums of k terms."""
+        spread = _apply(J_rad + product_error, radius)
+        return up(b + _apply(size_E, radius) + _apply(size_C, spread), 2 * k + 8)
+
+    r = INFLATION * (b + 4 * U * magnitude(x))
+    proved = np.zeros(len(x), bool)
+    unique = np.full((len(x), k), np.nan)
+    inclusion = np.full((len(x), k), np.nan)
+    for _ in range(INFLATIONS):
+        J_rad[:, rows, columns] = question.discs("J", x, r)[1]
+        q = image(r)
+        inside = (q < r).all(axis=1) & np.isfinite(r).all(axis=1) & ~proved
+        if inside.any():
+            # The root lies in X, so it lies in the image of any radius that is known to hold it: twice more.
+            smaller = image(image(q))
+            inclusion[inside] = np.minimum(q, smaller)[inside]
+            unique[inside] = r[inside]
+            proved |= inside
+        if proved.all():
+            break
+        r = np.where(proved[:, None], r, np.maximum(r, INFLATION * q))
+    boxes.midpoints[where[proved]] = x[proved]
+    boxes.radii[where[proved]] = inclusion[proved]
+    boxes.unique[where[proved]] = unique[proved]
+    return boxes
+
+
+# -- Arb: one point at a time ------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class ArbBox:
+    """What Arb proved about one point.
+
+    Attributes
+    ----------
+    bits : int
+        The precision.
+    inclusion, unique : list of flint.acb
+        The root lies in the first box; no other root lies in the second, which holds the first.
+    """
+
+    bits: int
+    inclusion: list[Any]
+    unique: list[Any]
+
+    def disc(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Midpoint (complex), inclusion radii and uniqueness radii in double precision, rounded the safe way."""
+        from flint import acb, arb
+
+        mid = np.array([complex(float(z.real.mid()), float(z.imag.mid())) for z in self.inclusion])
+        radii, unique = np.empty(len(mid)), np.empty(len(mid))
+        for i, (inner, outer) in enumerate(zip(self.inclusion, self.unique)):
+            centre = acb(mid[i])
+            radii[i] = float((inner - centre).abs_upper()) * (1 + 4 * U) + 2.0**-1000
+            # The largest disc round mid inside the rectangle `outer`.
+            reach = [
+                arb(part.rad()) - abs(part.mid() - middle)
+                for part, middle in ((outer.real, centre.real), (outer.imag, centre.imag))
+            ]
+            unique[i] = max(0.0, min(float(part.lower()) * (1 - 4 * U) for part in reach))
+        return mid, radii, unique
+
+
+def krawczyk_arb(question: Question, point: Sequence[Any], bits: int) -> ArbBox | None:
+    """Test one point in Arb at a precision.
+
+    Parameters
+    ----------
+    point : sequence of complex or flint.acb
+        Taken as exact.
+    bits : int
+
+    Returns
+    -------
+    ArbBox, or None if the test failed at this precision.
+
+    Raises
+    ------
+    NotNearRoot
+        Newton's method does not converge from the point to a root beside it; more bits will not help.
+    """
+    from flint import ctx
+
+    with ctx.workprec(bits):
+        constants = [balls.ball(value) for value in question.jacobian.constants]
+        parameters = [balls.ball(value) for value in question.parameters]
+
+        def run(z: Sequence[Any]) -> tuple[Any, Any]:
+            out = question.jacobian.replay(z, parameters, constants=constants)
+            return _column(out["F"]), balls.dense(out["J"], question.jacobian.pattern.tolist(), question.size)
+
+        try:
+            x = _newton_arb(run, point, bits)
+            return _test_arb(run, x, bits)
+        except ZeroDivisionError:  # a Jacobian that is singular to this precision
+            return None
+
+
+class NotNearRoot(ArithmeticError):
+    """Newton's method does not converge from a point to a root beside it."""
+
+
+def _column(values: Sequence[Any]) -> Any:
+    from flint import acb_mat
+
+    return acb_mat([[value] for value in values])
+
+
+def _length(vector: Any) -> float:
+    return max(float(z.abs_upper()) for z in vector.entries())
+
+
+def _newton_arb(run: Any, point: Sequence[Any], bits: int) -> list[Any]:
+    from flint import acb
+
+    x = [acb(z) for z in point]
+    first, last = None, None
+    for _ in range(ARB_STEPS):
+        F, J = run(x)
+        dx = J.mid().solve(F.mid(), algorithm="approx")
+        x = [(z - d).mid() for z, d in zip(x, dx.entries())]
+        length, size = _length(dx), max(float(abs(z)) for z in x)
+        if not np.isfinite(length):
+            raise NotNearRoot
+        if first is None:
+            first = length
+            if length > NEAR * size and length > NEAR_ORIGIN:
+                raise NotNearRoot
+        if length <= size * 2.0 ** (-0.6 * bits):  # the error left is the square of this
+            return x
+        if last is not None and length > ARB_RATIO * last:
+            raise NotNearRoot if length > 1e-6 * size else ZeroDivisionError
+        last = length
+    raise ZeroDivisionError
+
+
+def _test_arb(run: Any, x: list[Any], bits: int) -> ArbBox | None:
+    """K(X) = x - C F(x) + (I - C J(X)) (X - x) inside the interior of X, on rectangles."""
+    from flint import acb, acb_mat, arb
+
+    k = len(x)
+    identity = acb_mat([[int(i == j) for j in range(k)] for i in range(k)])
+    F, J = run(x)
+    C = J.mid().solve(identity, algorithm="approx").mid()
+    CF = (C * F).entries()
+    largest = max((abs(z).upper() for z in x), default=arb(1))
+    scale = largest if largest > 0 else arb(1)
+    half = arb(2) ** (-bits // 2)
+    # Radii about the square root of the rounding error: the image's radius is about their square.
+    radii = [(abs(z).upper() + scale * arb(2) ** -30) * half + 16 * c.abs_upper() for z, c in zip(x, CF)]
+    for _ in range(INFLATIONS):
+        radii = [radius.upper() for radius in radii]
+        around = [acb(arb(0, radius), arb(0, radius)) for radius in radii]
+        X = [z + step for z, step in zip(x, around)]
+        A = identity - C * run(X)[1]
+        moved = (A * _column(around)).entries()
+        image = [z - c + step for z, c, step in zip(x, CF, moved)]
+        if all(outer.contains_interior(inner) for outer, inner in zip(X, image)):
+            return ArbBox(bits, image, X)
+        radii = [8 * max(radius, (c + s).abs_upper()) for radius, c, s in zip(radii, CF, moved)]
+    return None
