@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +19,8 @@ import llvmlite
 import llvmlite.binding as llvm
 
 from solvers.kernel.lanes import Lanes
-from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Program
+from solvers.kernel.sources import cache_directory
+from solvers.tape import ADD, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Program
 
 #: Changes whenever the code written for the same program changes.
 VERSION = 1
@@ -52,20 +52,6 @@ class Tick:
 def is_cached(program: Program, lanes: Lanes) -> bool:
     """Whether the code of this program can be loaded instead of compiled."""
     return (cache_directory() / f"{_key(program, lanes)}.o").exists()
-
-
-def cache_directory() -> Path:
-    """Where machine code is kept: ``EVERYLINKAGE_CACHE``, or the user's cache directory."""
-    given = os.environ.get("EVERYLINKAGE_CACHE")
-    if given:
-        return Path(given)
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    return base / "everylinkage"
 
 
 def object_code(program: Program, lanes: Lanes) -> bytes:
@@ -178,9 +164,7 @@ class _Writer:
         if not self.lanes.fma:
             return self.plus(self.times(a, b), c)
         kind = self.type
-        return self.emit(
-            f"call {kind} @llvm.fma.v{self.lanes.width}f64({kind} {a}, {kind} {b}, {kind} {c})"
-        )
+        return self.emit(f"call {kind} @llvm.fma.v{self.lanes.width}f64({kind} {a}, {kind} {b}, {kind} {c})")
 
     # -- complex numbers ----------------------------------------------------------------------------------
     def sum(self, x: Pair, y: Pair, minus: bool) -> Pair:

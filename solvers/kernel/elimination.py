@@ -70,6 +70,23 @@ def pivot_order(pattern: np.ndarray, samples: np.ndarray) -> list[Pivot]:
     return order
 
 
+def elimination_length(pattern: np.ndarray, order: Sequence[Pivot]) -> int:
+    """About how many instructions the elimination takes: multiply-adds on the matrix and two right-hand sides."""
+    rows: dict[int, set[int]] = {}
+    for i, j in pattern.tolist():
+        rows.setdefault(i, set()).add(j)
+    length = 0
+    for r, c in order:
+        pivot_row = rows.pop(r)
+        for entries in rows.values():
+            if c in entries:
+                entries |= pivot_row
+                entries.discard(c)
+                length += len(pivot_row) + 2
+        length += 2 * len(pivot_row)
+    return length
+
+
 def tick_program(
     builder: Builder,
     equations: Sequence[Node],

@@ -2,6 +2,11 @@
 
 An :class:`Engine` is built once for a homotopy and tracks any number of paths along any parameter lines. It is
 plain data (programs as arrays), so that a worker process receives it by pickle and compiles for itself.
+
+Faster ways cost more to set up: the NumPy reference costs nothing, the kernel must be loaded (once per
+process) or compiled (once per installation), a tick in machine code must be compiled (once per system, unless
+the cache has it). As with skis, one rents until the rent would have paid for the purchase: whatever the work
+turns out to be, that costs at most twice the best choice.
 """
 
 from __future__ import annotations
@@ -11,10 +16,24 @@ from typing import Any
 
 import numpy as np
 
-from solvers.kernel import reference
+from solvers.kernel import compiled, reference
+from solvers.kernel.elimination import elimination_length, pivot_order, tick_program
 from solvers.kernel.reference import Settings, Tracked
-from solvers.system import differentiated
+from solvers.system import differentiated, evaluate
 from solvers.tape import Builder, Node, Program
+
+#: A tick program longer than this is not written out: the loops of the pivoted tick serve instead.
+LONGEST_TICK = 40_000
+#: Ticks of a typical path, to foresee the work of a call.
+TYPICAL_TICKS = 130
+#: Path-ticks after which machine code pays: 0.2 ms to compile an instruction, 0.15 ns saved whenever it runs.
+CODE_PAYS = 1_200_000
+#: Seconds that the kernel costs when it is loaded from numba's cache, and when it must be compiled.
+LOADING, COMPILING = 0.4, 10.0
+#: NumPy's cost in seconds: of a tick, of an instruction, of an instruction for each path, of n³ for each path.
+NUMPY_COST = (4e-4, 1.5e-6, 1.5e-8, 1e-9)
+
+_ENGINES = ("auto", "reference", "interpreted", "compiled")
 
 
 def make_engine(
@@ -50,17 +69,68 @@ def make_engine(
     >>> end.x.real.round(6).tolist()
     [[2.0], [-2.0]]
     """
-    program = differentiated(builder, list(equations), moving)
     points, parameters = samples
-    return Engine(program, np.atleast_2d(points), np.asarray(parameters))
+    return Engine(
+        builder,
+        list(equations),
+        np.atleast_2d(np.asarray(points, np.complex128)),
+        np.asarray(parameters, np.complex128),
+        None if moving is None else list(moving),
+    )
 
 
 class Engine:
-    """Tracks paths of one parametrised system. Made by :func:`make_engine`."""
+    """Tracks paths of one parametrised system. Made by :func:`make_engine`.
 
-    def __init__(self, program: Program, points: np.ndarray, parameters: np.ndarray) -> None:
-        self.program = program
-        self._points, self._parameters = points, parameters
+    Attributes
+    ----------
+    program : Program
+        Outputs F, J and Ft.
+    prefer : str
+        "auto", or the engine to use whatever it costs: "reference", "interpreted", "compiled".
+    used : str
+        The engine that the last call used.
+    """
+
+    prefer = "auto"
+    used = ""
+
+    def __init__(
+        self,
+        builder: Builder,
+        equations: list[Node],
+        points: np.ndarray,
+        parameters: np.ndarray,
+        moving: list[int] | None,
+    ) -> None:
+        self.program = differentiated(builder, equations, moving)
+        self._source: tuple[Builder, list[Node], np.ndarray, np.ndarray, list[int] | None] | None
+        self._source = (builder, equations, points, parameters, moving)
+        self._tick: Program | None = None
+        self._runs: dict[tuple[str, Any], Any] = {}
+        self._path_ticks = 0
+
+    @property
+    def tick(self) -> Program | None:
+        """The whole tick as one program (outputs dx and dr), or None where that would be too long."""
+        if self._source is not None:
+            builder, equations, points, parameters, moving = self._source
+            self._source = None
+            _, J = evaluate(self.program, points, parameters)
+            J = J[np.isfinite(J).all(axis=(1, 2))]
+            order = pivot_order(self.program.pattern, J)
+            if elimination_length(self.program.pattern, order) + len(self.program.code) <= LONGEST_TICK:
+                self._tick = tick_program(builder, equations, order, moving)
+        return self._tick
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"program": self.program, "_tick": self.tick, "prefer": self.prefer}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._source = None
+        self._runs = {}
+        self._path_ticks = 0
 
     def track(
         self,
@@ -81,11 +151,70 @@ class Engine:
         x : ndarray, shape (paths, unknowns)
             Solutions at `start`.
         base, direction : ndarray, shape (parameters,) or (paths, parameters)
+        start, end : float
+            Where on the line the paths begin and end; start > end.
+        stop : float, optional
+            Pause a path when it has come so far, unless its next step reaches `end` at once.
         pivoted : bool
             Solve with partial pivoting at each tick, as reruns do, instead of the fixed order of elimination.
         kind : {"line", "toric"}
             Parameters base + r·direction, or base·exp(r·direction) with real direction.
+
+        Returns
+        -------
+        Tracked
         """
-        return reference.track(
-            self.program, x, base, direction, start=start, end=end, stop=stop, settings=settings, kind=kind
-        )
+        x = np.atleast_2d(np.asarray(x, np.complex128))
+        base, direction = np.asarray(base, np.complex128), np.asarray(direction, np.complex128)
+        if kind not in ("line", "toric"):
+            raise ValueError(f"a path of the kind {kind!r}; it is a line or toric")
+        if kind == "toric" and np.any(direction.imag):
+            raise ValueError("the exponents of a toric path must be real")
+        settings = settings or Settings()
+        self.used = self._choose(len(x), pivoted)
+        if self.used == "reference":
+            arguments: dict[str, Any] = {"start": start, "end": end, "stop": stop}
+            return reference.track(self.program, x, base, direction, settings=settings, kind=kind, **arguments)
+        result = self._run(self.used).track(x, base, direction, start, end, stop, settings, kind == "toric")
+        self._path_ticks += int(result.ticks.sum())
+        return result
+
+    def _choose(self, paths: int, pivoted: bool) -> str:
+        wanted = self.prefer
+        if wanted not in _ENGINES:
+            raise ValueError(f"there is no engine {wanted!r}; there are {', '.join(_ENGINES)}")
+        if wanted == "reference":
+            return wanted
+        if wanted == "auto" and not _kernel_pays(self._numpy_seconds(paths)):
+            return "reference"
+        if pivoted or self.tick is None:
+            return "pivoted"
+        if wanted != "auto":
+            return wanted
+        if self._path_ticks + paths * TYPICAL_TICKS > CODE_PAYS or compiled.code_is_cached(self.tick):
+            return "compiled"
+        return "interpreted"
+
+    def _numpy_seconds(self, paths: int) -> float:
+        tick, instruction, lane, solve = NUMPY_COST
+        length, n = len(self.program.code), self.program.unknowns
+        return 1.4 * TYPICAL_TICKS * (tick + length * (instruction + paths * lane) + paths * n**3 * solve)
+
+    def _run(self, way: str) -> compiled.Run:
+        key = (way, compiled.lanes_in_use())
+        if key not in self._runs:
+            program = self.program if way == "pivoted" else self.tick
+            assert program is not None
+            self._runs[key] = compiled.Run(program, way, key[1])
+        return self._runs[key]
+
+
+_RENT = {"seconds": 0.0}
+
+
+def _kernel_pays(seconds: float) -> bool:
+    """Whether the kernel is loaded, or NumPy has cost and would cost more than to load (compile) it."""
+    if compiled.kernel_is_loaded():
+        return True
+    _RENT["seconds"] += seconds
+    return _RENT["seconds"] > (LOADING if compiled.kernel_is_cached() else COMPILING)

@@ -18,14 +18,16 @@ from numba.core import types
 from numba.core.cgutils import get_or_insert_function
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import (
+    NativeValue,
     intrinsic,
     lower_builtin,
     models,
     register_model,
     typeof_impl,
     unbox,
-    NativeValue,
 )
+
+from solvers.kernel.sources import source_digest
 
 _DOUBLE, _LONG, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 
@@ -72,9 +74,11 @@ def processor_features() -> dict[str, bool]:
 
 # -- types ----------------------------------------------------------------------------------------------------
 class LanesType(types.Type):
+    """The type of the token; its name holds the state of the sources, so that no stale cache is ever used."""
+
     def __init__(self, width: int, fma: bool) -> None:
         self.width, self.fma = width, fma
-        super().__init__(name=f"Lanes({width}, {fma})")
+        super().__init__(name=f"Lanes({width}, {fma}, {source_digest()})")
 
 
 class Vector(types.Type):
@@ -162,13 +166,10 @@ def splat(typing, lanes, value):
 
 
 def _splat(builder, scalar, width):
-    vector = builder.insert_element(ir.Constant(ir.VectorType(scalar.type, width), ir.Undefined), scalar, _index(0))
+    nothing = ir.Constant(ir.VectorType(scalar.type, width), ir.Undefined)
+    vector = builder.insert_element(nothing, scalar, ir.Constant(ir.IntType(32), 0))
     where = ir.Constant(ir.VectorType(ir.IntType(32), width), None)
     return builder.shuffle_vector(vector, vector, where)
-
-
-def _index(k):
-    return ir.Constant(ir.IntType(32), k)
 
 
 def constant_vector(value, width):
@@ -352,3 +353,14 @@ def outside(typing, mask):
         return builder.not_(args[0])
 
     return mask(mask), generate
+
+
+@intrinsic
+def any_lane(typing, mask):
+    """Whether the mask holds in any lane."""
+
+    def generate(context, builder, sig, args):
+        word = builder.bitcast(args[0], ir.IntType(mask.width))
+        return builder.icmp_unsigned("!=", word, ir.Constant(word.type, 0))
+
+    return types.boolean(mask), generate

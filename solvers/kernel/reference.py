@@ -177,9 +177,7 @@ class _Lanes:
         self.active = np.arange(count)
         parameters = len(np.atleast_1d(base).T)
         self.base = np.broadcast_to(np.atleast_2d(base), (count, parameters)).T.astype(np.complex128)
-        self.direction = np.broadcast_to(np.atleast_2d(direction), (count, parameters)).T.astype(
-            np.complex128
-        )
+        self.direction = np.broadcast_to(np.atleast_2d(direction), (count, parameters)).T.astype(np.complex128)
         self.x = np.array(x.T, np.complex128)  # trial point
         self.trial = np.array(x.T, np.complex128)  # as predicted, for the error of the prediction
         self.r = np.full(count, float(start))
@@ -281,9 +279,7 @@ class _Lanes:
             cubic = before > 0
             order = np.where(cubic, h**2 * (h + before) ** 2, h**2)
             coefficient = np.maximum(error, 1e-14) / order
-            budget = (
-                0.1791 * (radius(s.contraction) / radius(0.125)) / np.maximum(self.omega, 0.1) / coefficient
-            )
+            budget = 0.1791 * (radius(s.contraction) / radius(0.125)) / np.maximum(self.omega, 0.1) / coefficient
             q = np.sqrt(budget)
             # solves (safety·h)²(safety·h + h)² = budget for the next step, with the last step behind it
             hermite = (-h + np.sqrt(h**2 + 4 * q)) / 2 / s.safety
