@@ -25,6 +25,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanisms.families.reality import CONJUGATION, Mirror, real_roots
+
 if TYPE_CHECKING:
     from mechanisms.linkage import Linkage
     from mechanisms.task import Task
@@ -32,10 +34,6 @@ if TYPE_CHECKING:
 
 #: The one body of a family whose task file has ``poses`` or ``points`` at the top level.
 BODY = "body"
-
-#: A refined root is real when its mirror image is this near; conjugate pairs lie far further apart, and a
-#: root that is its own image to rounding misses it by 1e-12 or so.
-REAL_TOLERANCE = 1e-8
 
 FreeKind = Literal["angle", "length", "number", "integer", "text"]
 
@@ -98,10 +96,9 @@ class Problem:
         The start system to ask of ``solvers.solve``.
     evidence : str
         Where `finite` comes from.
-    mirror : callable
-        The map of roots (rows of an array) that complex conjugation of the linkage induces; its fixed points
-        are the real designs.  Plain conjugation for real coordinates, ``1 / conj`` for unit numbers e^{iθ},
-        conjugation with an exchange of columns for isotropic pairs.
+    mirror : Mirror
+        What complex conjugation of the linkage does to a root; its fixed points are the real designs.
+        ``CONJUGATION`` for real coordinates, ``UNIT_NUMBERS`` for e^{iθ}, ``exchange`` for isotropic pairs.
     """
 
     system: System
@@ -110,51 +107,11 @@ class Problem:
     trivial: int = 0
     start: str = "auto"
     evidence: str = ""
-    mirror: Callable[[NDArray[Any]], NDArray[Any]] = np.conjugate
+    mirror: Mirror = CONJUGATION
 
     def real(self, points: NDArray[Any]) -> NDArray[np.bool_]:
         """Which of all the roots of a task are real designs, (n, k) to (n,); see `real_roots`."""
         return real_roots(points, self.mirror)
-
-
-def real_roots(
-    points: NDArray[Any],
-    mirror: Callable[[NDArray[Any]], NDArray[Any]] = np.conjugate,
-    tolerance: float = REAL_TOLERANCE,
-) -> NDArray[np.bool_]:
-    """Which roots are real designs: those that the mirror maps to themselves.
-
-    Parameters
-    ----------
-    points : (n, k) complex array
-        All roots of the task, so that a root and a close neighbour that mirror each other are told apart.
-    mirror : callable
-        As in `Problem`.
-    tolerance : float
-        How far a root may lie from its mirror image, relative to the largest of its coordinates (at least 1).
-
-    Returns
-    -------
-    (n,) bool array
-
-    Examples
-    --------
-    >>> real_roots(np.array([[2.0 + 0j], [1j], [-1j]])).tolist()
-    [True, False, False]
-    >>> real_roots(np.array([[2.0 + 0j], [1j], [0.5 + 0j]]), lambda x: 1 / x.conj()).tolist()
-    [False, True, False]
-    """
-    if not len(points):
-        return np.zeros(0, dtype=bool)
-    images = mirror(points)
-    scale = np.maximum(np.abs(points).max(axis=1, initial=1.0), 1.0)
-    own = np.abs(images - points).max(axis=1, initial=0.0)
-    candidates = np.flatnonzero(own <= tolerance * scale)
-    real = np.zeros(len(points), dtype=bool)
-    for k in candidates:  # few: an n by n table of distances would not fit for large n
-        nearest = np.abs(points - images[k]).max(axis=1, initial=0.0).min()
-        real[k] = own[k] <= nearest
-    return real
 
 
 @dataclass(frozen=True)

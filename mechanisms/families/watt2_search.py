@@ -27,6 +27,9 @@ __all__ = ["SAMPLES", "Half", "Pick", "Side", "sample_side", "search"]
 SAMPLES = 4096
 #: How many of the best halves by each measure are tried in pairs.
 SHORTLIST = 24
+#: A loop that transmits less than this is hard to drive in practice (30° is the usual advice, 20° the least),
+#: so that it is not called best at anything else while there are others; radians.
+USABLE = math.radians(20.0)
 #: Pivots of the free dyads are looked for this many task sizes around the effector when the task gives no
 #: range.
 REACH = 1.5
@@ -151,7 +154,7 @@ def search(task: Task, halves: tuple[Half, Half], sides: tuple[Side, Side]) -> t
         sign * float(np.mean(pair[0])) * float(np.mean(pair[1]))
         for sign, pair in ((1, forward), (1, backward), (-1, both))
     )
-    found: dict[str, tuple[float, Pick]] = {}
+    found: dict[str, tuple[tuple[bool, float], Pick]] = {}
     for direction in (1, -1):
         lists = [_shortlist(half, side, direction) for half, side in zip(halves, sides)]
         sweeps = [side.forward if direction > 0 else side.backward for side in sides]
@@ -271,8 +274,10 @@ def _shortlist(half: Half, side: Side, direction: int) -> NDArray[np.int64]:
     feet = half.effector - dyads.Z - dyads.W
     lengths = _lengths(half, dyads, feet, pivot)
     sweep = side.forward if direction > 0 else side.backward
+    jams = sweep.transmission[good] < USABLE
     with np.errstate(divide="ignore"):
         costs = [-sweep.transmission[good], lengths.max(axis=0) / lengths.min(axis=0), lengths.max(axis=0)]
+    costs += [np.where(jams, np.inf, cost) for cost in costs[1:]]
     return good[np.unique(np.concatenate([np.argsort(cost, kind="stable")[:SHORTLIST] for cost in costs]))]
 
 

@@ -40,6 +40,7 @@ from numpy.typing import NDArray
 from mechanisms.families import watt2_two_poses as two
 from mechanisms.families.base import Candidate, Family, Free, Problem
 from mechanisms.families.dyads import Dyads, eliminant, three_pose_dyads, turn
+from mechanisms.families.reality import UNIT_NUMBERS
 from mechanisms.families.watt2_linkage import ANGLES, INPUTS, Watt2
 from mechanisms.families.watt2_search import Half, Pick, Side, sample_side, search
 from mechanisms.task import Task, TaskError
@@ -129,7 +130,7 @@ class Watt2TwoEffectors(Family):
             finite=8,
             trivial=3,
             evidence="Bézout number 2·4",
-            mirror=lambda points: 1 / np.conjugate(points),
+            mirror=UNIT_NUMBERS,
         )
 
     def candidates(

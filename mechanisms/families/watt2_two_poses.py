@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechanisms.families.base import Problem, real_roots
+from mechanisms.families.base import Problem
 from mechanisms.families.dyads import Dyads, dyad_equations, turn
+from mechanisms.families.reality import real_roots
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
