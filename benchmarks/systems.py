@@ -1,148 +1,148 @@
-"""The zoo: polynomial systems whose numbers of roots are published, each with its source.
-
-Every entry of :data:`ZOO` is a :class:`Benchmark`: a function that builds the system exactly (decimal data are
-kept as fractions) and the numbers that others found. ``python -m benchmarks.systems`` lists them.
-"""
+"""Systems of mechanisms to measure the tracker with, and their roots at generic parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from benchmarks import algebra, kinematics
+import numpy as np
+import sympy
+
+from solvers.kernel.engine import Engine, make_engine
 from solvers.system import System
+from solvers.tape import Builder
 
 
-@dataclass(frozen=True)
-class Benchmark:
-    """A system and what is known of its solutions.
+def trammel_system() -> System:
+    """The rotatory trammel through seven poses: 12 unknowns, 18 parameters, 560 roots.
 
-    Attributes
-    ----------
-    name : str
-    build : callable
-        Returns the System.
-    isolated : int
-        Number of isolated nonsingular solutions, over the complex numbers.
-    source : str
-        Where the system and the number come from.
-    total_degree, mixed_volume : int or None
-        Of the supports without further points (solutions with a zero coordinate are not counted by the latter).
-    real : int or None
-        How many of the isolated solutions are real.
-    singular : int
-        Isolated singular solutions, each counted once.
-    component : bool
-        Whether there are solutions of positive dimension as well.
+    p_i + m e_i = Q + d t_i + R t_i² / e_i with Q = m - d - R and its conjugate, cleared of denominators; the
+    trammel's rotation t_i at each pose stays a local unknown.
     """
-
-    name: str
-    build: Callable[[], System]
-    isolated: int
-    source: str
-    total_degree: int | None = None
-    mixed_volume: int | None = None
-    real: int | None = None
-    singular: int = 0
-    component: bool = False
+    m, mc, d, dc, R, Rc = sympy.symbols("m mc d dc R Rc")
+    t, p, pc, e = (sympy.symbols(f"{name}1:7") for name in ("t", "p", "pc", "e"))
+    equations = []
+    for k in range(6):
+        A = m - d - R - p[k] - m * e[k]
+        Ac = mc - dc - Rc - pc[k] - mc / e[k]
+        equations += [R / e[k] * t[k] ** 2 + d * t[k] + A, Ac * t[k] ** 2 + dc * t[k] + Rc * e[k]]
+    return System(equations, [m, mc, d, dc, R, Rc, *t], [*p, *pc, *e])
 
 
-def _family(
-    name: str, build: Callable[[int], System], numbers: dict[int, int], source: str, **known: Callable[[int], int]
-) -> list[Benchmark]:
-    return [
-        Benchmark(
-            f"{name}{n}",
-            lambda n=n: build(n),  # type: ignore[misc]
-            isolated,
-            source,
-            **{key: value(n) for key, value in known.items()},  # type: ignore[arg-type]
-        )
-        for n, isolated in numbers.items()
-    ]
+def trammel_seed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A generic root and its parameters: the displacements are what the linkage makes of random rotations."""
+    m, mc, d, dc, R, Rc, *rest = _gauss(rng, 18)
+    t, e = np.array(rest[:6]), np.array(rest[6:])
+    p = R / e * t**2 + d * t + (m - d - R) - m * e
+    pc = Rc * e / t**2 + dc / t + (mc - dc - Rc) - mc / e
+    return np.array([m, mc, d, dc, R, Rc, *t]), np.concatenate([p, pc, e])
 
 
-_DEMO = "PHCpack demonstration database"
-_CYCLIC = {5: 70, 6: 156, 7: 924}
+def four_bar_system() -> System:
+    """The four-bar through nine points (Alt): 24 unknowns, 16 parameters, 8652 roots.
 
-ZOO: dict[str, Benchmark] = {
-    benchmark.name: benchmark
-    for benchmark in [
-        Benchmark("watt2", kinematics.watt2_three_poses, 8, "Kiper", total_degree=16),
-        Benchmark(
-            "burmester",
-            kinematics.burmester_five_poses,
-            4,
-            "Burmester 1888",
-            total_degree=16,
-            mixed_volume=6,
-            real=4,
-        ),
-        Benchmark("quartics", algebra.dense_quartics, 64, "Bézout", total_degree=64, mixed_volume=64),
-        *_family("noon", algebra.noon, {n: 3**n - 2 * n for n in range(3, 7)}, _DEMO, total_degree=lambda n: 3**n),
-        *_family("cyclic", algebra.cyclic, _CYCLIC, _DEMO, mixed_volume=lambda n: _CYCLIC[n]),
-        *_family(
-            "katsura",
-            algebra.katsura,
-            {n: 2**n for n in range(5, 11)},
-            _DEMO,
-            total_degree=lambda n: 2**n,
-            mixed_volume=lambda n: 2**n,
-        ),
-        *_family(
-            "eco", algebra.eco, {n: 2 ** (n - 2) for n in range(5, 10)}, _DEMO, mixed_volume=lambda n: 2 ** (n - 2)
-        ),
-        *_family(
-            "chandra",
-            algebra.chandra,
-            {n: 2 ** (n - 1) for n in (6, 8)},
-            _DEMO,
-            total_degree=lambda n: 2**n,
-            mixed_volume=lambda n: 2 ** (n - 1),
-        ),
-        *_family(
-            "reimer", algebra.reimer, {5: 144}, _DEMO, total_degree=lambda n: 720, mixed_volume=lambda n: 720
-        ),
-        Benchmark("caprasse", algebra.caprasse, 32, _DEMO, total_degree=144, mixed_volume=48, singular=8),
-        Benchmark("cassou", algebra.cassou, 16, _DEMO, total_degree=1344, mixed_volume=24),
-        Benchmark("heart", algebra.heart, 4, _DEMO, total_degree=576, mixed_volume=121, real=2),
-        Benchmark("boon", algebra.boon, 8, _DEMO, total_degree=1024, mixed_volume=20, real=8),
-        Benchmark("virasoro", algebra.virasoro, 256, _DEMO, total_degree=256, mixed_volume=200),
-        Benchmark(
-            "ipp",
-            kinematics.ipp,
-            32,
-            "PolynomialTestSystems.jl",
-            total_degree=256,
-            mixed_volume=64,
-            component=True,
-        ),
-        Benchmark("ipp2", kinematics.ipp2, 16, _DEMO, total_degree=1024, mixed_volume=288),
-        Benchmark("fourbar5", kinematics.fourbar_five_points, 36, _DEMO, total_degree=256, mixed_volume=36),
-        Benchmark(
-            "stewart",
-            kinematics.stewart_gough,
-            40,
-            "Dietmaier 1998",
-            total_degree=4096,
-            mixed_volume=1536,
-            real=40,
-        ),
-        Benchmark("rbpl24", kinematics.rbpl24, 40, _DEMO, total_degree=576, mixed_volume=80, real=24),
-        Benchmark("d1", algebra.d1, 48, _DEMO, total_degree=4608, mixed_volume=192, real=16),
-    ]
-}
+    |δ_j + x θ_j - a| = |x - a| for the dyad (x, a) and for the dyad (y, b), θ_j the coupler's rotation.
+    """
+    x, xc, a, ac, y, yc, b, bc = sympy.symbols("x xc a ac y yc b bc")
+    turn, back, delta, deltac = (sympy.symbols(f"{name}1:9") for name in ("turn", "back", "delta", "deltac"))
+    equations = []
+    for k in range(8):
+        D, Dc = delta[k], deltac[k]
+        for u, uc, c, cc in ((x, xc, a, ac), (y, yc, b, bc)):
+            equations.append(
+                D * Dc + D * (uc * back[k] - cc) + Dc * (u * turn[k] - c)
+                - cc * u * (turn[k] - 1) - c * uc * (back[k] - 1)
+            )  # fmt: skip
+        equations.append(turn[k] * back[k] - 1)
+    rotations = [angle for pair in zip(turn, back) for angle in pair]
+    return System(equations, [x, xc, a, ac, y, yc, b, bc, *rotations], [*delta, *deltac])
 
 
-def main() -> None:
-    """Print the zoo as a table."""
-    print(f"{'name':10} {'n':>3} {'total degree':>12} {'mixed volume':>12} {'roots':>6}  source")
-    for name, benchmark in ZOO.items():
-        system = benchmark.build()
-        volume = benchmark.mixed_volume if benchmark.mixed_volume is not None else ""
-        numbers = f"{system.size[1]:3} {system.bezout:12} {volume:>12} {benchmark.isolated:6}"
-        print(f"{name:10} {numbers}  {benchmark.source}")
+def four_bar_seed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A generic root and its parameters."""
+    x, xc, a, ac, y, yc, b, bc, *turns = _gauss(rng, 16)
+    turn = np.array(turns) / np.abs(turns) * np.exp(0.3 * rng.normal(size=8))
+    back = 1 / turn
+
+    def coefficients(u, uc, c, cc):
+        """Of δ, δ̄ and 1 in the closure δδ̄ + αδ + βδ̄ + κ = 0."""
+        return uc * back - cc, u * turn - c, -cc * u * (turn - 1) - c * uc * (back - 1)
+
+    (a1, b1, c1), (a2, b2, c2) = coefficients(x, xc, a, ac), coefficients(y, yc, b, bc)
+    # δ̄ = s + w δ from the difference of the two closures, then a quadratic for δ
+    s, w = -(c1 - c2) / (b1 - b2), -(a1 - a2) / (b1 - b2)
+    half = (s + a1 + b1 * w) / 2
+    delta = (-half + np.sqrt(half**2 - w * (b1 * s + c1))) / w
+    point = [x, xc, a, ac, y, yc, b, bc, *np.stack([turn, back], axis=1).ravel()]
+    return np.array(point), np.concatenate([delta, s + w * delta])
 
 
-if __name__ == "__main__":
-    main()
+def _gauss(rng: np.random.Generator, count: int) -> np.ndarray:
+    return (rng.normal(size=count) + 1j * rng.normal(size=count)) / np.sqrt(2)
+
+
+@dataclass
+class Fibre:
+    """All roots that were found at generic parameters."""
+
+    engine: Engine
+    points: np.ndarray
+    parameters: np.ndarray
+    loops: int
+    paths: int
+
+
+def engine_of(system: System, points: np.ndarray, parameters: np.ndarray) -> Engine:
+    """The tracker's engine for a system whose parameters all move."""
+    builder = Builder(len(system.unknowns), len(system.parameters))
+    return make_engine(builder, system.embed(builder), (points, parameters))
+
+
+def fibre(system: System, seed, count: int, rng: np.random.Generator, loops: int = 80) -> Fibre:
+    """Loops through the parameter space from one seed until `count` roots are known, or patience ends.
+
+    The best-conditioned of a dozen seeds is moved to a random base first: seeds are special.
+    """
+    seeds = [seed(rng) for _ in range(12)]
+    condition = []
+    for point, parameters in seeds:
+        _, J = system.evaluate(point, parameters)
+        J = J[0] / np.abs(J[0]).max(axis=1, keepdims=True)
+        condition.append(np.linalg.cond(J / np.abs(J).max(axis=0)))
+    point, at = seeds[int(np.argmin(condition))]
+    engine = engine_of(system, point[None], at)
+    known, tracked = point[None], 0
+    for loop in range(loops):
+        corners = [_generic(rng, at) for _ in range(2 if loop else 1)]
+        where, points = at, known
+        for corner in (*corners, at) if loop else corners:
+            end = engine.track(points, corner, where - corner)
+            tracked += len(points)
+            points, where = end.x[end.status == 0], corner
+        if not loop:
+            at, known = where, points
+            continue
+        known = distinct(np.concatenate([known, points]))
+        if len(known) >= count:
+            break
+    return Fibre(engine, known, at, loop, tracked)
+
+
+def _generic(rng: np.random.Generator, like: np.ndarray) -> np.ndarray:
+    return _gauss(rng, len(like))
+
+
+def distinct(points: np.ndarray, tolerance: float = 1e-7) -> np.ndarray:
+    """Points without repetition: sorted along a random functional, neighbours within a window compared."""
+    rng = np.random.default_rng(7)
+    functional = rng.normal(size=points.shape[1]) + 1j * rng.normal(size=points.shape[1])
+    value = (points @ functional).real
+    order = np.argsort(value)
+    points, value = points[order], value[order]
+    size = np.abs(points).max(axis=1)
+    keep = np.ones(len(points), bool)
+    for shift in range(1, 12):
+        if shift >= len(points):
+            break
+        near = np.abs(points[shift:] - points[:-shift]).max(axis=1) < tolerance * (1 + size[shift:])
+        keep[shift:] &= ~near
+    return points[keep]

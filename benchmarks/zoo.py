@@ -87,7 +87,6 @@ ZOO: dict[str, Benchmark] = {
             {n: 2**n for n in range(5, 11)},
             _DEMO,
             total_degree=lambda n: 2**n,
-            mixed_volume=lambda n: 2**n,
         ),
         *_family(
             "eco", algebra.eco, {n: 2 ** (n - 2) for n in range(5, 10)}, _DEMO, mixed_volume=lambda n: 2 ** (n - 2)

@@ -97,7 +97,7 @@ class Run:
         settings: Settings,
         toric: bool,
     ) -> Tracked:
-        """As :func:`solvers.kernel.reference.track`; releases the interpreter lock, so that threads run together."""
+        """As :func:`solvers.kernel.reference.track`; releases the interpreter lock."""
         from solvers.kernel import tracker
 
         n, m, width, count = self.unknowns, self.parameters, self.lanes.width, len(x)

@@ -41,7 +41,7 @@ class Settings:
     safety : float
         The predicted error is kept below the Newton radius for a step this many times longer.
     tolerance : float
-        A Newton step below it (relative to the unknowns) ends the correction: the next would square it.
+        The correction ends when the next Newton step would be below it (relative to the unknowns).
     largest_step : float
         As a fraction of the whole line from start to end.
     smallest_step : float
@@ -105,6 +105,9 @@ class Tracked:
 NOISE = 1e-6
 #: A correction this small is never rejected, whatever its ratio to the one before.
 ALWAYS_GOOD = 1e-8
+#: A correction ends before its last step is seen only if the step before was below this, so that the tangent,
+#: which is a Newton step older than the point, is good enough for the next prediction.
+SMALL = 1e-3
 #: Newton steps allowed after a prediction.
 CORRECTIONS = 5
 #: Newton steps allowed at the end of the line, and the size below which another one cannot help.
@@ -246,7 +249,9 @@ class _Lanes:
             bad |= (self.iteration > 0) & (ratio > s.contraction) & (step > ALWAYS_GOOD)
             # Newton-Kantorovich: the first step alone tells that the majorant has no root.
             bad |= (self.iteration == 0) & (self.omega * step > 8 * radius(s.contraction)) & (self.steps > 0)
-            good = ~bad & (step < s.tolerance)
+            # The size of the next step is foretold as ω/2·step²: it need not be computed to be known small.
+            settled = (self.iteration > 0) & (step < SMALL) & (self.omega * step**2 < 2 * s.tolerance)
+            good = ~bad & ((step < s.tolerance) | settled)
             bad |= ~good & (self.iteration >= CORRECTIONS)
             polishing = self.polishing > 0
             good, bad = good & ~polishing, bad & ~polishing
@@ -339,7 +344,8 @@ class _Lanes:
             trial = np.where(H > 0, hermite, euler)
         self.trial[:, where] = trial[:, where]
         self.x[:, where] = trial[:, where]
-        self.r = np.where(where, self.r_accepted - h, self.r)
+        place = np.where(h == to_stop, self.stop, self.r_accepted - h)
+        self.r = np.where(where, np.where(h == left, self.end, place), self.r)
 
     def _retire(self, good: np.ndarray, bad: np.ndarray, finished: np.ndarray) -> None:
         s = self.settings

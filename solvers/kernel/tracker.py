@@ -57,6 +57,7 @@ from solvers.kernel.reference import (
     PAUSED,
     REACHED,
     SHRINKING,
+    SMALL,
     STALLED,
     START_TICKS,
 )
@@ -258,7 +259,9 @@ def _step(lanes, work, at, n, control):
     bad = outside(finite)
     bad = bad | (corrected & (step > contraction * last) & (step > splat(lanes, ALWAYS_GOOD)))
     bad = bad | (outside(corrected) & under_way & (omega * step > splat(lanes, 8.0 * control.radius)))
-    good = (step < splat(lanes, control.tolerance)) & outside(bad)
+    tolerance = splat(lanes, control.tolerance)
+    settled = corrected & (step < splat(lanes, SMALL)) & (omega * step * step < tolerance + tolerance)
+    good = ((step < tolerance) | settled) & outside(bad)
     bad = bad | (outside(good) & (iteration >= splat(lanes, float(CORRECTIONS))))
     good = good & moving
     bad = bad & moving
