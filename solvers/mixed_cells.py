@@ -1,0 +1,207 @@
+"""Mixed cells and mixed volumes, by following cells while the lifting moves.
+
+The mixed volume of the supports A_1, …, A_n bounds the number of isolated solutions with no zero coordinate
+(Bernshtein 1975). It is the sum of the volumes of the mixed cells of a fine mixed subdivision, induced by a
+generic lifting. A mixed cell is an edge (a_i, b_i) of each support; it belongs to the lifting w when, with
+the inner normal η that makes each edge level, every other point γ of A_i lies above its edge: w(γ) + ⟨γ, η⟩ >
+w(a_i) + ⟨a_i, η⟩.
+
+While w moves on a line, a cell lives until such an inequality becomes an equality; then it is replaced by the
+one or two cells that use γ instead of a_i or b_i (Jensen, "Tropical homotopy continuation", 2016). Here one
+equation is brought in at a time: its support starts as a dilated simplex that holds it, its own points are
+lowered from plus to minus infinity, and the simplex is left behind. Where two cells merge into one, a rule
+says which of the two goes on, so that no list of visited cells is kept. All numbers are integers
+(:mod:`solvers.mixed_cell_walk`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from solvers.mixed_cell_walk import TIED, TOO_LARGE, adjugate, push, walk
+
+#: Bits of the random liftings. Two walls meet with probability about 2^-bits for each pair of walls compared.
+_LIFTING_BITS = 26
+#: Liftings tried before giving up.
+_ATTEMPTS = 20
+
+
+class MixedCellError(ArithmeticError):
+    """No generic lifting was found, or the cells lose volume: an internal check failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class MixedCells:
+    """The mixed cells of a fine mixed subdivision.
+
+    Attributes
+    ----------
+    supports : tuple of ndarray, each of shape (points, n), int64
+    liftings : tuple of ndarray, each of shape (points,), int64
+    edges : ndarray, shape (cells, n, 2), int64
+        For each cell and each support the numbers of the two points of its edge.
+    volumes : ndarray, shape (cells,), object (Python integers)
+    """
+
+    supports: tuple[np.ndarray, ...]
+    liftings: tuple[np.ndarray, ...]
+    edges: np.ndarray
+    volumes: np.ndarray
+
+    @property
+    def mixed_volume(self) -> int:
+        """The sum of the volumes."""
+        return int(sum(self.volumes.tolist()))
+
+    def __len__(self) -> int:
+        return len(self.edges)
+
+    def __repr__(self) -> str:
+        return f"MixedCells({len(self)} cells, mixed volume {self.mixed_volume})"
+
+
+def mixed_volume(supports: Sequence[Any]) -> int:
+    """The mixed volume of n supports in n unknowns.
+
+    Parameters
+    ----------
+    supports : sequence of n integer arrays, each of shape (points, n)
+
+    Examples
+    --------
+    >>> mixed_volume([[[0, 0], [2, 0], [0, 2]], [[0, 0], [1, 1]]])
+    4
+    """
+    return mixed_cells(supports).mixed_volume
+
+
+def mixed_cells(supports: Sequence[Any], seed: int = 0, compiled: bool | None = None) -> MixedCells:
+    """The mixed cells for a random lifting.
+
+    Parameters
+    ----------
+    supports : sequence of n integer arrays, each of shape (points, n)
+    seed : int
+        Seed of the lifting.
+    compiled : bool, optional
+        Whether to use the compiled version; by default for all but the smallest systems. The cells are the same.
+
+    Raises
+    ------
+    ValueError
+        The supports are not n arrays with n columns.
+    MixedCellError
+        Twenty liftings in a row were not generic: a mistake in this program.
+
+    Examples
+    --------
+    >>> mixed_cells([[[0, 0], [1, 0], [0, 1], [1, 1]], [[0, 0], [1, 0], [0, 1], [1, 1]]]).mixed_volume
+    2
+    """
+    points = _checked(supports)
+    n = len(points)
+    if compiled is None:
+        # Loading the compiled function costs more than a few hundred small cells.
+        compiled = n > 4 or sum(map(len, points)) > 40
+    order = _order(points)
+    ordered = [points[k] for k in order]
+    for attempt in range(_ATTEMPTS):
+        rng = np.random.default_rng([seed, attempt])
+        found = _follow(ordered, rng, compiled)
+        if found is None:
+            continue
+        edges, liftings = found
+        back = np.argsort(order)
+        edges = edges[:, back]
+        volumes = _volumes(points, edges)
+        return MixedCells(tuple(points), tuple(liftings[k] for k in back), edges, volumes)
+    raise MixedCellError(f"{_ATTEMPTS} random liftings of {n} supports were not generic")
+
+
+def _checked(supports: Sequence[Any]) -> list[np.ndarray]:
+    points = [np.asarray(s) for s in supports]
+    n = len(points)
+    for i, array in enumerate(points):
+        if array.size == 0:
+            array = points[i] = np.zeros((0, n), np.int64)
+        if array.ndim != 2 or array.shape[1] != n:
+            raise ValueError(f"support {i} has the shape {array.shape}; {n} supports need {n} columns each")
+        if not np.issubdtype(array.dtype, np.integer):
+            raise ValueError(f"support {i} holds numbers that are not integers")
+    return [np.unique(array.astype(np.int64), axis=0) for array in points]
+
+
+def _order(points: list[np.ndarray]) -> list[int]:
+    """Supports with few points first: their cells are few, and stay few."""
+    return sorted(range(len(points)), key=lambda k: (len(points[k]), k))
+
+
+def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool) -> Any:
+    """Edges of the cells and the liftings, or None if the lifting was not generic."""
+    n = len(points)
+    if any(len(p) < 2 for p in points):
+        return np.zeros((0, n, 2), np.int64), [np.zeros(len(p), np.int64) for p in points]
+    shifted = [p - p.min(axis=0) for p in points]
+    degrees = [int(p.sum(axis=1).max()) for p in shifted]
+    # Layout of all points: for each support n + 1 vertices of a simplex, then its own points.
+    first = np.cumsum([0] + [n + 1 + len(p) for p in points])
+    table = np.zeros((first[-1], n), np.int64)
+    heights = rng.integers(0, 2**_LIFTING_BITS, size=first[-1])
+    simplex = np.vstack([np.zeros((1, n), np.int64), np.eye(n, dtype=np.int64)])
+    for k in range(n):
+        table[first[k] : first[k] + n + 1] = simplex
+        table[first[k] + n + 1 : first[k + 1]] = shifted[k]
+        # The one cell of n simplices: vertex 0 and vertex k + 1 low, the others far above.
+        high = [j for j in range(1, n + 1) if j != k + 1]
+        heights[first[k] + np.array(high, dtype=np.int64)] += 2 ** (_LIFTING_BITS + 3)
+    cells = np.array([[first[k], first[k] + k + 1] for k in range(n)], np.int64).reshape(1, 2 * n)
+    for stage in range(n):
+        vertices = slice(first[stage], first[stage] + n + 1)
+        table[vertices] = degrees[stage] * simplex
+        heights[vertices] *= degrees[stage]
+        moving = np.zeros(first[-1], np.int64)
+        moving[first[stage] + n + 1 : first[stage + 1]] = -1
+        low = np.array([first[k] + (n + 1 if k < stage else 0) for k in range(n)])
+        high_end = np.array([first[k + 1] if k <= stage else first[k] + n + 1 for k in range(n)])
+        outcome, cells = _stage(table, heights, moving, low, high_end, cells, stage, compiled)
+        if outcome == TIED:
+            return None
+    edges = cells.reshape(-1, n, 2) - (first[:-1] + n + 1)[None, :, None]
+    return edges, [heights[first[k] + n + 1 : first[k + 1]] for k in range(n)]
+
+
+def _stage(
+    table: Any, heights: Any, moving: Any, low: Any, high: Any, cells: Any, stage: int, compiled: bool
+) -> Any:
+    run = _compiled() if compiled else walk
+    bounds = float(max(1, np.abs(table).max())), float(max(1, np.abs(heights).max()))
+    outcome, found = run(table, heights, moving, low, high, cells.copy(), stage, *bounds)
+    if outcome != TOO_LARGE:
+        return outcome, found
+    exact = [array.astype(object) for array in (table, heights, moving)]
+    return walk(exact[0], exact[1], exact[2], low, high, cells.copy(), stage, 0.0, 0.0)
+
+
+@cache
+def _compiled() -> Any:
+    import numba
+    from numba.extending import register_jitable
+
+    register_jitable(adjugate)
+    register_jitable(push)
+    return numba.njit(cache=True, error_model="numpy")(walk)
+
+
+def _volumes(points: list[np.ndarray], edges: np.ndarray) -> np.ndarray:
+    n = len(points)
+    volumes = np.empty(len(edges), object)
+    work = np.empty((n, 2 * n), object)
+    for k, cell in enumerate(edges):
+        matrix = np.array([p[b] - p[a] for p, (a, b) in zip(points, cell)]).astype(object)
+        volumes[k] = int(adjugate(matrix, work, False))
+    return volumes
