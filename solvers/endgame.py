@@ -1,0 +1,355 @@
+"""What happens near the target: finite, singular, or at infinity.
+
+Most paths walk straight to r = 0. The others end on a singular root or at infinity, where the step control
+would shrink without end. They are tracked to a shrinking sequence of radii, and at each one led once round r = 0
+on an octagon, again and again until they come back to where they began. The number of turns is the winding
+number m; along the loops x is an analytic function of s = r^(1/m), so its mean over the loops is its value at
+r = 0 (Cauchy's integral, with an error of order r^8; Morgan, Sommese, Wampler, *Numer. Math.* 58, 1991). Finite
+and infinite ends are treated alike by working in the chart of the largest coordinate: 1/x_j has a mean that is
+zero, and the number of its zeros inside the loop counts the order of the pole.
+
+Nothing is decided on one radius: two in a row must agree on m and on the limit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from solvers.kernel.reference import PAUSED, REACHED, STATUS, Settings
+from solvers.system import evaluate
+from solvers.tape import Program
+
+# Classes of a finished path.
+REGULAR, SINGULAR, INFINITE, FAILED = range(4)
+NAMES = ("finite", "singular", "at infinity", "failed")
+
+#: The first radius: beyond it, a path that has not arrived is looked at.
+FIRST_RADIUS = 0.1
+#: Ratio of successive radii. Small enough that the error r^8 falls by a million between them.
+SHRINK = 0.2
+#: Radii tried before a path is given up: 0.1·0.2^17 = 1e-13, the last that double precision resolves.
+RADII = 18
+#: Corners of the loop.
+CORNERS = 8
+#: Winding numbers looked for.
+LARGEST_WINDING = 12
+#: A loop is closed when the path is back at its start to this precision, relative.
+CLOSED = 1e-6
+#: Two radii agree on a limit to this precision, relative.
+AGREE = 1e-7
+#: A mean of 1/x_j below this, agreed on by two radii, is zero.
+POLE = 1e-6
+#: A root whose Jacobian has a scaled condition number above this is no regular root.
+SUSPECT = 1e9
+#: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
+COKERNEL = 2e-14
+#: A path may go straight to r = 0 when its tangent moves it by less than this, relative …
+SHORT_WAY = 0.1
+#: … and the first Newton steps there shrink by this factor each.
+STRONG = 0.2
+#: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
+SETTLED = 0.15
+
+
+@dataclass
+class Ends:
+    """Endpoints of paths, one row each.
+
+    Attributes
+    ----------
+    x : ndarray, shape (paths, unknowns)
+        The endpoint; for an infinite one the direction, scaled to its largest coordinate.
+    kind : ndarray of int8
+        REGULAR, SINGULAR, INFINITE or FAILED.
+    winding : ndarray of int
+        0 where no loop was needed.
+    condition : ndarray
+        Scaled condition number of the Jacobian at a finite end.
+    ticks : ndarray of int
+    why : dict of int to str
+        Row to what happened, for the failed.
+    """
+
+    x: np.ndarray
+    kind: np.ndarray
+    winding: np.ndarray
+    condition: np.ndarray
+    ticks: np.ndarray
+    why: dict[int, str] = field(default_factory=dict)
+
+    def replace(self, rows: np.ndarray, other: Ends) -> None:
+        """Put the results of tracking `rows` again in place of the old ones."""
+        for name in ("x", "kind", "winding", "condition"):
+            getattr(self, name)[rows] = getattr(other, name)
+        self.ticks[rows] += other.ticks
+        for row in rows.tolist():
+            self.why.pop(row, None)
+        self.why.update({int(rows[k]): text for k, text in other.why.items()})
+
+
+def finish(
+    engine: Any, program: Program, x: np.ndarray, target: np.ndarray, direction: np.ndarray, settings: Settings
+) -> Ends:
+    """Track paths from r = 1 to their ends.
+
+    Parameters
+    ----------
+    engine : object with a method ``track``
+    program : Program
+        With outputs F and J, to look at the ends.
+    x : ndarray, shape (paths, unknowns)
+        Solutions at r = 1.
+    target, direction : ndarray, shape (parameters,)
+    """
+    count = len(x)
+    ends = Ends(
+        x=np.array(x, np.complex128),
+        kind=np.full(count, FAILED, np.int8),
+        winding=np.zeros(count, np.int64),
+        condition=np.full(count, np.inf),
+        ticks=np.zeros(count, np.int64),
+    )
+    if not count:
+        return ends
+    walk = _Walk(engine, program, target, direction, settings, ends)
+    radius = FIRST_RADIUS
+    rows, points = walk.advance(np.arange(count), ends.x, 1.0, radius)
+    for _ in range(RADII):
+        if not rows.size:
+            break
+        rows, points = walk.look(rows, points, radius)
+        if not rows.size:
+            break
+        rows, points = walk.advance(rows, points, radius, radius * SHRINK)
+        radius *= SHRINK
+    for row in rows.tolist():
+        ends.why[row] = f"undecided at r = {radius:.1e}: its limit does not settle in double precision"
+    return ends
+
+
+class _Walk:
+    """Paths on their last stretch, with what earlier radii have told about each."""
+
+    def __init__(self, engine, program, target, direction, settings, ends: Ends) -> None:
+        self.engine, self.program, self.settings, self.ends = engine, program, settings, ends
+        self.target, self.direction = target, direction
+        count, size = ends.x.shape
+        self.exponents = np.full((count, size), np.nan)
+        self.mean = np.full((count, size + 1), np.nan + 0j)
+        self.turns = np.zeros(count, np.int64)
+
+    # -- on the real line -----------------------------------------------------------------------------------
+    def advance(self, rows: np.ndarray, points: np.ndarray, r: float, to: float) -> tuple[np.ndarray, np.ndarray]:
+        """Track to the next radius; a path whose step reaches r = 0 is done if its end is regular."""
+        done = self.engine.track(
+            points, self.target, self.direction, start=r, end=0.0, stop=to, settings=self.settings
+        )
+        self.ends.ticks[rows] += done.ticks
+        arrived = done.status == REACHED
+        if arrived.any():
+            good = self._regular(rows[arrived], done.x[arrived])
+            again = np.flatnonzero(arrived)[~good]
+            if again.size:  # an ill-conditioned end: go back and stop at the radius
+                redo = self.engine.track(
+                    points[again], self.target, self.direction, start=r, end=to, settings=self.settings
+                )
+                for name in ("x", "r", "tangent", "status"):
+                    getattr(done, name)[again] = getattr(redo, name)
+                done.status[again[redo.status == REACHED]] = PAUSED
+        paused = done.status == PAUSED
+        lost = ~paused & (done.status != REACHED)
+        for row, status, where in zip(rows[lost], done.status[lost], done.r[lost]):
+            self.ends.why[int(row)] = f"{STATUS[status]} at r = {where:.3e}"
+        self.ends.x[rows[lost]] = done.x[lost]
+        rows, points, slope = rows[paused], done.x[paused], to * done.tangent[paused]
+        jumped = self._jump(rows, points, slope)
+        rows, points, slope = rows[~jumped], points[~jumped], slope[~jumped]
+        with np.errstate(all="ignore"):
+            exponents = (slope / points).real
+        self.settled = np.abs(exponents - self.exponents[rows]).max(axis=1) < SETTLED
+        self.exponents[rows] = exponents
+        return rows, points
+
+    def _jump(self, rows: np.ndarray, points: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Go to r = 0 along the tangent where that is a short way and Newton's method confirms it strongly."""
+        weights = relative_weights(points)
+        with np.errstate(all="ignore"):
+            way = (np.abs(slope) / weights).max(axis=1)
+        near = np.flatnonzero(way < SHORT_WAY)
+        jumped = np.zeros(len(rows), bool)
+        if not near.size:
+            return jumped
+        x = points[near] - slope[near]
+        sizes = []
+        for _ in range(2):
+            step = newton_step(self.program, x, self.target)
+            sizes.append((np.abs(step) / weights[near]).max(axis=1))
+            x = x - step
+        good = (sizes[0] < STRONG * way[near]) & (sizes[1] < STRONG * sizes[0] + 1e-12)
+        good[good] = self._regular(rows[near[good]], x[good])
+        jumped[near[good]] = True
+        return jumped
+
+    def _regular(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
+        polished, condition = newton(self.program, points, self.target)
+        good = condition < SUSPECT
+        self.ends.x[rows[good]] = polished[good]
+        self.ends.condition[rows[good]] = condition[good]
+        self.ends.kind[rows[good]] = REGULAR
+        return good
+
+    # -- round the circle -----------------------------------------------------------------------------------
+    def look(self, rows: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+        """Loop the paths whose exponents have settled; return those that stay undecided."""
+        ripe = np.flatnonzero(self.settled)
+        decided = np.zeros(len(rows), bool)
+        if ripe.size:
+            turns, mean, order = self._loop(points[ripe], radius, rows[ripe])
+            known = self.mean[rows[ripe]]
+            with np.errstate(all="ignore"):
+                agree = np.abs(mean - known).max(axis=1) < AGREE
+            agree &= (turns > 0) & (turns == self.turns[rows[ripe]])
+            self.mean[rows[ripe]], self.turns[rows[ripe]] = mean, turns
+            at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
+            finite = agree & (order == 0)
+            self._close(rows[ripe[at_infinity]], mean[at_infinity, :-1], turns[at_infinity], INFINITE)
+            decided[ripe[at_infinity]] = True
+            if finite.any():
+                ends = mean[finite, :-1] / mean[finite, -1:]
+                where = ripe[finite]
+                singular = self._is_singular(rows[where], ends)
+                self._close(rows[where[singular]], ends[singular], turns[finite][singular], SINGULAR)
+                decided[where[singular]] = True
+        return rows[~decided], points[~decided]
+
+    def _close(self, rows: np.ndarray, x: np.ndarray, turns: np.ndarray, kind: int) -> None:
+        self.ends.x[rows], self.ends.winding[rows], self.ends.kind[rows] = x, turns, kind
+
+    def _is_singular(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Whether a limit really is a singular root, and not the mean of a close pair of regular ones.
+
+        The mean of two roots of a quadratic has a singular Jacobian too, but it is no root. A limit known to
+        1e-12 has residuals of that size; along the cokernel of J they would be of second order, so there the
+        distance of a pair shows: a pair a distance d apart leaves d²/4.
+        """
+        F, J = evaluate(self.program, x, self.target)
+        weights = relative_weights(x)
+        size = np.maximum(np.abs(J * weights[:, None, :]).max(axis=2), 1e-300)
+        left, values, _ = np.linalg.svd(J * weights[:, None, :] / size[:, :, None])
+        with np.errstate(all="ignore"):
+            self.ends.condition[rows] = condition = values[:, 0] / values[:, -1]
+        residual = F / size
+        along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
+        return (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
+
+    def _loop(self, points: np.ndarray, radius: float, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Turns until closed (0: not closed), mean in the chart of the largest coordinate, order of the pole."""
+        count = len(points)
+        pick = np.arange(count)
+        chart = np.argmax(np.abs(_homogeneous(points)), axis=1)
+
+        def charted(x: np.ndarray, which: np.ndarray) -> np.ndarray:
+            whole = _homogeneous(x)
+            return whole / whole[np.arange(len(x)), chart[which]][:, None]
+
+        first = charted(points, pick)
+        total = np.zeros_like(first)
+        winding_of_pole = np.zeros(count)
+        turns = np.zeros(count, np.int64)
+        active, x, previous = pick, points, first
+        corners = radius * np.exp(2j * np.pi * np.arange(CORNERS + 1) / CORNERS)
+        corners[-1] = corners[0]
+        for turn in range(1, LARGEST_WINDING + 1):
+            for a, b in zip(corners[:-1], corners[1:]):
+                done = self.engine.track(
+                    x,
+                    self.target + b * self.direction,
+                    (a - b) * self.direction,
+                    settings=self.settings,
+                )
+                self.ends.ticks[rows[active]] += done.ticks
+                alive = done.status == REACHED
+                total[active] += previous
+                active, x = active[alive], done.x[alive]
+                here = charted(x, active)
+                with np.errstate(all="ignore"):
+                    winding_of_pole[active] += np.angle(here[:, -1] / previous[alive][:, -1])
+                previous = here
+                if not active.size:
+                    break
+            if not active.size:
+                break
+            back = np.abs(previous - first[active]).max(axis=1) < CLOSED * np.abs(first[active]).max(axis=1)
+            turns[active[back]] = turn
+            active, x, previous = active[~back], x[~back], previous[~back]
+            if not active.size:
+                break
+        mean = total / (CORNERS * np.maximum(turns, 1))[:, None]
+        return turns, mean, np.rint(winding_of_pole / (2 * np.pi))
+
+
+def _homogeneous(x: np.ndarray) -> np.ndarray:
+    """(x, 1): a point of projective space."""
+    return np.concatenate([x, np.ones((len(x), 1))], axis=1)
+
+
+def newton_step(program: Program, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """J⁻¹F at each point, shape (n, unknowns); infinite where J is singular."""
+    F, J = evaluate(program, points, parameters)
+    scale = 1 / np.maximum(np.abs(J).max(axis=2, keepdims=True), 1e-300)
+    finite = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
+    step = np.full(F.shape, np.inf, np.complex128)
+    with np.errstate(all="ignore"):
+        try:
+            step[finite] = np.linalg.solve((J * scale)[finite], (F[:, :, None] * scale)[finite])[:, :, 0]
+        except np.linalg.LinAlgError:
+            for k in np.flatnonzero(finite):
+                try:
+                    step[k] = np.linalg.solve(J[k] * scale[k], F[k] * scale[k, :, 0])
+                except np.linalg.LinAlgError:
+                    continue
+    return step
+
+
+def newton(
+    program: Program, points: np.ndarray, parameters: np.ndarray, steps: int = 3
+) -> tuple[np.ndarray, np.ndarray]:
+    """A few Newton steps in double precision, and the scaled condition number at the result.
+
+    A step that would leave the neighbourhood (a thousandth of the point) is not taken.
+    """
+    x = np.array(points)
+    for _ in range(steps):
+        step = newton_step(program, x, parameters)
+        size = np.maximum(np.abs(x).max(axis=1, keepdims=True), 1e-300)
+        small = np.abs(step).max(axis=1, keepdims=True) < 1e-3 * size
+        x = x - np.where(small, step, 0)
+    return x, scaled_condition(evaluate(program, x, parameters)[1], x)
+
+
+def relative_weights(x: np.ndarray) -> np.ndarray:
+    """Typical sizes of the unknowns at points: their moduli, or a small part of the largest one."""
+    size = np.abs(x)
+    return np.maximum(size, np.maximum(1e-4 * size.max(axis=1, keepdims=True), 1e-300))
+
+
+def scaled_condition(J: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Condition numbers of Jacobians with unknowns measured relative to their size and equilibrated rows.
+
+    Parameters
+    ----------
+    J : ndarray, shape (n, k, k)
+    x : ndarray, shape (n, k)
+    """
+    scaled = J * relative_weights(x)[:, None, :]
+    scaled = scaled / np.maximum(np.abs(scaled).max(axis=2, keepdims=True), 1e-300)
+    result = np.full(len(J), np.inf)
+    finite = np.isfinite(scaled).all(axis=(1, 2))
+    if finite.any():
+        values = np.linalg.svd(scaled[finite], compute_uv=False)
+        with np.errstate(all="ignore"):
+            result[finite] = values[:, 0] / values[:, -1]
+    return result

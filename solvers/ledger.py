@@ -1,0 +1,98 @@
+"""Every path in exactly one class, and a second look at every path that gives reason for doubt.
+
+Two paths that end on one regular root cannot both be right: in a homotopy with random γ distinct paths have
+distinct regular ends. Such a clash betrays a jump from one path to another, the only way in which a root can go
+missing without a failure being seen. Clashing and failed paths climb a ladder: tighter steps, tighter still,
+double-double arithmetic. What fails on the last rung is reported, path by path, never dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from solvers.endgame import FAILED, REGULAR, Ends
+
+#: Two regular ends nearer than this, relative, or than their own uncertainty, are one root.
+SAME_ROOT = 1e-9
+#: The uncertainty of an end is about the rounding unit times its condition number; ten times that is kept.
+UNCERTAINTY = 2e-15
+
+
+def pairs_of_equals(points: np.ndarray, tolerance: np.ndarray | float, seed: int = 0) -> np.ndarray:
+    """Pairs (i, j), i < j, of points that agree within a relative tolerance, shape (pairs, 2).
+
+    Points are sorted by a random real functional and compared in a sliding window, so the cost grows like
+    n log n and not like n².
+    """
+    count, size = points.shape
+    if count < 2:
+        return np.zeros((0, 2), np.int64)
+    scale = np.maximum(np.abs(points).max(axis=1), 1e-300)
+    allowed = np.broadcast_to(np.asarray(tolerance, float), (count,)) * scale
+    rng = np.random.default_rng(seed + 4)
+    functional = rng.normal(size=size) + 1j * rng.normal(size=size)
+    functional /= np.abs(functional).sum()
+    key = (points @ functional).real
+    order = np.argsort(key, kind="stable")
+    sorted_key, reach = key[order], allowed.max() if np.ptp(allowed) == 0 else None
+    pairs = []
+    for shift in range(1, count):
+        near = sorted_key[shift:] - sorted_key[:-shift]
+        limit = reach if reach is not None else np.maximum(allowed[order[shift:]], allowed[order[:-shift]])
+        candidates = np.flatnonzero(near <= limit)
+        if not candidates.size:
+            break
+        i, j = order[candidates], order[candidates + shift]
+        distance = np.abs(points[i] - points[j]).max(axis=1)
+        close = distance <= np.maximum(allowed[i], allowed[j])
+        pairs.append(np.sort(np.stack([i[close], j[close]], axis=1), axis=1))
+    return np.concatenate(pairs) if pairs else np.zeros((0, 2), np.int64)
+
+
+def doubtful(ends: Ends) -> np.ndarray:
+    """Rows to be tracked again: failed ones, and all members of a clash."""
+    failed = np.flatnonzero(ends.kind == FAILED)
+    return np.union1d(failed, clashing(ends))
+
+
+def clashing(ends: Ends) -> np.ndarray:
+    """Rows of regular ends that are not alone at their root."""
+    rows = np.flatnonzero(ends.kind == REGULAR)
+    tolerance = np.maximum(SAME_ROOT, UNCERTAINTY * ends.condition[rows])
+    return rows[np.unique(pairs_of_equals(ends.x[rows], tolerance))]
+
+
+def climb(
+    ends: Ends, rungs: Iterator[tuple[str, Callable[[np.ndarray], Ends]]], report: Callable[[str, int], Any] | None = None
+) -> dict[str, int]:
+    """Track doubtful paths again, one rung after the other, until nothing is doubtful.
+
+    Parameters
+    ----------
+    ends : Ends
+        Changed in place.
+    rungs : iterator of (name, function)
+        The function tracks the rows it is given and returns their ends.
+
+    Returns
+    -------
+    dict of str to int
+        How many paths each rung was asked to track.
+    """
+    used: dict[str, int] = {}
+    for name, track in rungs:
+        rows = doubtful(ends)
+        if not rows.size:
+            break
+        used[name] = used.get(name, 0) + len(rows)
+        if report is not None:
+            report(name, len(rows))
+        ends.replace(rows, track(rows))
+    for row in clashing(ends):
+        # Still two paths on one root after the last rung: one of them has lost its own.
+        ends.kind[row] = FAILED
+        ends.why[int(row)] = "ends on the same root as another path on every rung of the ladder"
+    return used

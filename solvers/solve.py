@@ -1,0 +1,178 @@
+"""The front door: a system in, all its roots out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, scaled_condition
+from solvers.homotopy import Homotopy, parameter_homotopy
+from solvers.ledger import pairs_of_equals
+from solvers.solutions import Ledger, Singular, Solutions
+from solvers.start import total_degree
+from solvers.system import InvalidSystem, System, evaluate
+from solvers.tracking import Interrupted, Progress, Run, track_all
+
+STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
+#: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
+#: μ-th root of the rounding error from any one path, and to about 1e-10 from the mean over its loops.
+SAME_SINGULAR = 1e-5
+#: Whole solves with a fresh random γ, when paths still fail after the ladder.
+FRESH_STARTS = 3
+
+
+def solve(
+    system: System,
+    parameters: Any = None,
+    start: str | Solutions = "auto",
+    jobs: int = 1,
+    seed: int = 0,
+    *,
+    backend: str = "threads",
+    checkpoint: Any = None,
+    progress: Progress | None = None,
+    certificates: bool = True,
+) -> Solutions:
+    """All isolated roots of a polynomial system.
+
+    Parameters
+    ----------
+    system : System
+        As many equations as unknowns.
+    parameters : mapping or sequence of numbers, optional
+        Values of the system's parameters.
+    start : str or Solutions
+        "auto", "total-degree", "multihomogeneous", "polyhedral", or the solutions of the same system at generic
+        parameters, which are then carried to the new ones.
+    jobs : int
+        Workers. The answer does not depend on it.
+    seed : int
+        Of every random choice: same seed, same roots, in the same order.
+    backend : str
+        "threads", "processes", "dask" or "ray".
+    checkpoint : RunFile, optional
+        Where finished chunks of paths are kept and found again.
+    progress : callable, optional
+        Called as progress(what, done, total).
+    certificates : bool
+        Whether to prove with Arb balls that each root exists, is simple, is distinct from the others, and is
+        real or not.
+
+    Returns
+    -------
+    Solutions
+
+    Raises
+    ------
+    InvalidSystem
+        The system cannot be solved as it stands; the message says why.
+    Interrupted
+        The user stopped the solve; ``error.solutions`` holds what was found.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> solve(System([x**2 + y**2 - 5, x*y - 2], [x, y]))
+    Solutions(4 roots, 4 real, 0 singular, 0 failed of 4 paths)
+    """
+    values = system.values_of(parameters)
+    rows, columns = system.size
+    if rows != columns:
+        raise InvalidSystem(f"{rows} equations for {columns} unknowns: as many equations as unknowns are needed")
+    run = Run(jobs=jobs, backend=backend, checkpoint=checkpoint, progress=progress)
+    try:
+        for attempt in range(FRESH_STARTS):
+            homotopy = homotopy_for(system, values, start, seed + 1000 * attempt)
+            ends, rungs = track_all(homotopy, run)
+            if attempt:
+                rungs["with a fresh start"] = attempt * homotopy.starts.count
+            if not np.any(ends.kind == FAILED) or isinstance(start, Solutions):
+                break
+    except Interrupted as stop:
+        stop.solutions = _collect(system, values, homotopy, stop.ends, {})
+        stop.solutions.complete = False
+        stop.solutions.evidence = "stopped by the user before every path was tracked"
+        raise
+    solutions = _collect(system, values, homotopy, ends, rungs)
+    solutions.seed = seed
+    if certificates:
+        _certify(system, solutions)
+    return solutions
+
+
+def homotopy_for(system: System, values: np.ndarray, start: str | Solutions, seed: int) -> Homotopy:
+    """The homotopy that a start asks for."""
+    if isinstance(start, Solutions):
+        return parameter_homotopy(system.program, start.parameters, values, start.points, seed)
+    if start not in STARTS:
+        raise ValueError(f"the start {start!r} is unknown; choose one of {', '.join(STARTS)}")
+    return total_degree(system, values, seed)
+
+
+def _collect(
+    system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends, rungs: dict[str, int]
+) -> Solutions:
+    regular = np.flatnonzero(ends.kind == REGULAR)
+    singular = np.flatnonzero(ends.kind == SINGULAR)
+    account = Ledger(
+        tracked=len(ends.kind),
+        finite=len(regular),
+        singular=len(singular),
+        at_infinity=int(np.sum(ends.kind == INFINITE)),
+        failed=int(np.sum(ends.kind == FAILED)),
+        rungs=rungs,
+        failures=sorted(ends.why.items()),
+    )
+    return Solutions(
+        points=homotopy.in_user_units(ends.x[regular]),
+        singular=_singular(system, values, homotopy.in_user_units(ends.x[singular]), ends.winding[singular]),
+        parameters=values,
+        ledger=account,
+        unknowns=system.unknowns,
+        paths=regular,
+        start=homotopy.name,
+        complete=None if account.failed == 0 else False,
+        evidence=_evidence(homotopy, account),
+    )
+
+
+def _evidence(homotopy: Homotopy, account: Ledger) -> str:
+    if account.failed:
+        return f"{account.failed} of {account.tracked} paths failed"
+    return f"all {account.tracked} paths of the {homotopy.name} homotopy are accounted for"
+
+
+def _singular(system: System, values: np.ndarray, points: np.ndarray, winding: np.ndarray) -> Singular:
+    """Singular ends that agree, as one point with a multiplicity."""
+    label = np.arange(len(points))
+    for i, j in pairs_of_equals(points, SAME_SINGULAR).tolist():
+        label[label == label[j]] = label[i]
+    groups = [np.flatnonzero(label == name) for name in dict.fromkeys(label.tolist())]
+    means = np.array([points[g].mean(axis=0) for g in groups]).reshape(-1, points.shape[1])
+    return Singular(
+        points=means,
+        multiplicity=np.array([len(g) for g in groups], np.int64),
+        winding=np.array([winding[g].max() for g in groups], np.int64),
+        dimension=_kernel_dimension(system, values, means),
+    )
+
+
+def _kernel_dimension(system: System, values: np.ndarray, points: np.ndarray) -> np.ndarray:
+    if not len(points):
+        return np.zeros(0, np.int64)
+    J = evaluate(system.jacobian_program, points, values)[1]
+    largest = np.maximum(np.abs(J).max(axis=(1, 2)), 1e-300)
+    return (np.linalg.svd(J / largest[:, None, None], compute_uv=False) < 1e-5).sum(axis=1)
+
+
+def _certify(system: System, solutions: Solutions) -> None:
+    try:
+        from solvers.certify import certify
+    except ImportError:
+        return
+    solutions.certificate = certify(system, solutions)
+
+
+__all__ = ["STARTS", "Interrupted", "homotopy_for", "scaled_condition", "solve"]

@@ -1,0 +1,102 @@
+"""The total-degree start system.
+
+The simplest system with as many solutions as Bézout allows is x_i^{d_i} = 1. Each equation of the homotopy is
+a_i·(x_i^{d_i} − 1) + b_i·F_i(x), whose parameters move from (a, b) = (γ, 0) to (0, 1); a random complex γ keeps
+the paths apart on the way with probability one (Morgan and Sommese, *Appl. Math. Comput.* 24, 1987).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+
+from solvers.homotopy import Homotopy
+from solvers.system import System
+from solvers.tape import Builder
+
+
+@dataclass(frozen=True)
+class RootsOfUnity:
+    """Start point k: its digits in the mixed radix of the degrees choose a root of unity for each unknown."""
+
+    degrees: tuple[int, ...]
+
+    @property
+    def count(self) -> int:
+        return prod(self.degrees)
+
+    def points(self, indices: np.ndarray) -> np.ndarray:
+        rest = np.asarray(indices, np.int64)
+        columns = []
+        for degree in reversed(self.degrees):
+            columns.append(np.exp(2j * np.pi * (rest % degree) / degree))
+            rest = rest // degree
+        return np.array(columns[::-1]).T.reshape(len(indices), len(self.degrees))
+
+
+def total_degree(
+    system: System,
+    values: np.ndarray,
+    seed: int = 0,
+    unknown_scale: np.ndarray | None = None,
+    equation_scale: np.ndarray | None = None,
+) -> Homotopy:
+    """The homotopy from x_i^{d_i} = 1 to a square system at given parameter values.
+
+    Parameters
+    ----------
+    values : ndarray, shape (parameters,)
+    unknown_scale, equation_scale : ndarray, shape (n,), optional
+        Typical sizes of the unknowns, and factors that bring the equations to size one.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> total_degree(System([x**2 - y, y**3 - 2], [x, y]), np.zeros(0))
+    Homotopy(total degree, 6 paths, 2 unknowns)
+    """
+    size = system.size[1]
+    builder, x, equations, scales = blended(system, unknown_scale)
+    nodes = []
+    for k, degree in enumerate(system.degrees):
+        start = builder.sub(builder.power(x[k], degree), builder.one)
+        first = builder.multiply(builder.parameter(k), start)
+        nodes.append(builder.add(first, builder.multiply(builder.parameter(size + k), equations[k])))
+    gamma = random_gammas(size, seed)
+    weights = np.ones(size) if equation_scale is None else equation_scale
+    still = np.concatenate([values, scales])
+    return Homotopy(
+        program=builder.finish({"F": nodes}),
+        start=np.concatenate([gamma, np.zeros(size), still]),
+        target=np.concatenate([np.zeros(size), weights, still]),
+        starts=RootsOfUnity(system.degrees),
+        moving=range(2 * size),
+        unknown_scale=unknown_scale,
+        name="total degree",
+        seed=seed,
+    )
+
+
+def blended(system: System, unknown_scale: np.ndarray | None) -> tuple[Builder, list[int], list[int], np.ndarray]:
+    """A graph for a·G + b·F: parameters a_i, b_i, then the system's own, then the scales of the unknowns.
+
+    Returns the builder, the nodes of the unknowns, the nodes of the (scaled) equations F and the scale values.
+    """
+    size, own = system.size[1], len(system.parameters)
+    scales = np.zeros(0) if unknown_scale is None else np.asarray(unknown_scale)
+    builder = Builder(size, 2 * size + own + len(scales))
+    x = [builder.unknown(k) for k in range(size)]
+    inner = x
+    if unknown_scale is not None:
+        inner = [builder.multiply(x[k], builder.parameter(2 * size + own + k)) for k in range(size)]
+    parameters = [builder.parameter(2 * size + k) for k in range(own)]
+    return builder, x, system.embed(builder, inner, parameters), scales
+
+
+def random_gammas(count: int, seed: int) -> np.ndarray:
+    """One random complex number of modulus one for each equation."""
+    rng = np.random.default_rng([seed, 1987])
+    return np.exp(2j * np.pi * rng.random(count))

@@ -1,0 +1,166 @@
+"""From a homotopy to the ends of all its paths: chunks, workers, run file, ladder."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from solvers import ledger, parallel
+from solvers.endgame import FAILED, Ends, finish
+from solvers.homotopy import Homotopy
+from solvers.kernel.engine import Engine, make_engine
+from solvers.kernel.reference import Settings
+
+Progress = Callable[[str, int, int], None]
+
+
+class Checkpoint(Protocol):
+    """Where finished chunks are kept: see :class:`solvers.store.RunFile`."""
+
+    def chunks(self, stage: str) -> dict[int, dict[str, np.ndarray]]: ...
+
+    def append(self, stage: str, number: int, arrays: dict[str, np.ndarray]) -> None: ...
+
+
+@dataclass
+class Run:
+    """How a homotopy is to be tracked.
+
+    Attributes
+    ----------
+    jobs : int
+        Workers.
+    backend : str
+        One of ``solvers.parallel.BACKENDS``.
+    checkpoint : Checkpoint or None
+        Keeps finished chunks, and gives back those of an earlier run.
+    progress : callable (what, done, total) or None
+    """
+
+    jobs: int = 1
+    backend: str = "threads"
+    checkpoint: Checkpoint | None = None
+    progress: Progress | None = None
+
+    def say(self, what: str, done: int, total: int) -> None:
+        if self.progress is not None:
+            self.progress(what, done, total)
+
+
+def track_all(homotopy: Homotopy, run: Run, settings: Settings | None = None) -> tuple[Ends, dict[str, int]]:
+    """Track every path of a homotopy; returns the ends, and how many paths each rung of the ladder saw.
+
+    When the user interrupts, the ends found so far are returned inside :class:`Interrupted`.
+    """
+    settings = settings or Settings()
+    engine = engine_of(homotopy)
+    ends = _empty(homotopy.starts.count, homotopy.program.unknowns)
+    stage = f"paths {digest(homotopy)}"
+    chunks = parallel.cut(homotopy.starts.count)
+    kept = run.checkpoint.chunks(stage) if run.checkpoint is not None else {}
+    for number, arrays in kept.items():
+        if number < len(chunks):
+            ends.replace(chunks[number], _from_arrays(arrays))
+    tasks = [(n, (engine, homotopy, chunk, settings)) for n, chunk in enumerate(chunks) if n not in kept]
+    done = homotopy.starts.count - sum(len(chunks[number]) for number, _ in tasks)
+    run.say(homotopy.name, done, homotopy.starts.count)
+    try:
+        for number, part in parallel.run(_track_chunk, tasks, run.jobs, run.backend):
+            ends.replace(chunks[number], part)
+            if run.checkpoint is not None:
+                run.checkpoint.append(stage, number, _to_arrays(part))
+            done += len(chunks[number])
+            run.say(homotopy.name, done, homotopy.starts.count)
+        used = ledger.climb(ends, _rungs(engine, homotopy, settings), lambda name, n: run.say(name, 0, n))
+    except KeyboardInterrupt:
+        raise Interrupted(ends) from None
+    return ends, used
+
+
+class Interrupted(KeyboardInterrupt):
+    """The user stopped a solve.
+
+    Attributes
+    ----------
+    ends : Ends
+        What was found before (paths that were not tracked are marked as failed).
+    solutions : Solutions or None
+        The same as a result, when the front door has seen the exception.
+    """
+
+    def __init__(self, ends: Ends) -> None:
+        super().__init__("stopped by the user")
+        self.ends = ends
+        self.solutions: Any = None
+
+
+def engine_of(homotopy: Homotopy) -> Engine:
+    """The compiled tick of a homotopy."""
+    builder, equations = homotopy.builder()
+    return make_engine(builder, equations, homotopy.samples(), homotopy.moving)
+
+
+def digest(homotopy: Homotopy) -> str:
+    """A name for one computation: the same program, parameters, start and seed have the same digest."""
+    state = hashlib.sha256()
+    program = homotopy.program
+    for array in (program.code, homotopy.start, homotopy.target):
+        state.update(np.ascontiguousarray(array).tobytes())
+    state.update(repr((program.constants, homotopy.name, homotopy.starts.count, homotopy.seed)).encode())
+    first = homotopy.starts.points(np.arange(min(4, homotopy.starts.count)))
+    state.update(np.ascontiguousarray(first).tobytes())
+    return state.hexdigest()[:24]
+
+
+def _track_chunk(engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings) -> Ends:
+    return finish(
+        engine, engine.program, homotopy.starts.points(chunk), homotopy.target, homotopy.direction, settings
+    )
+
+
+def _rungs(
+    engine: Engine, homotopy: Homotopy, settings: Settings
+) -> Iterator[tuple[str, Callable[[np.ndarray], Ends]]]:
+    """Ever more careful ways to track a path."""
+
+    def rung(how: Settings, **options: Any) -> Callable[[np.ndarray], Ends]:
+        careful = _Options(engine, options)
+        return lambda rows: _track_chunk(careful, homotopy, rows, how)  # type: ignore[arg-type]
+
+    tight = settings.tighter()
+    yield "with tighter steps", rung(tight, pivoted=True)
+    yield "with much tighter steps", rung(tight.tighter(), pivoted=True)
+
+
+class _Options:
+    """An engine with some options of its tracker set."""
+
+    def __init__(self, engine: Engine, options: dict[str, Any]) -> None:
+        self._engine, self._options = engine, options
+        self.program = engine.program
+
+    def track(self, *arguments: Any, **keywords: Any) -> Any:
+        return self._engine.track(*arguments, **{**keywords, **self._options})
+
+
+def _empty(count: int, size: int) -> Ends:
+    return Ends(
+        x=np.full((count, size), np.nan, np.complex128),
+        kind=np.full(count, FAILED, np.int8),
+        winding=np.zeros(count, np.int64),
+        condition=np.full(count, np.inf),
+        ticks=np.zeros(count, np.int64),
+    )
+
+
+def _to_arrays(ends: Ends) -> dict[str, np.ndarray]:
+    names = ("x", "kind", "winding", "condition", "ticks")
+    return {name: getattr(ends, name) for name in names}
+
+
+def _from_arrays(arrays: dict[str, np.ndarray]) -> Ends:
+    return Ends(**arrays)
