@@ -75,7 +75,6 @@ ZOO: dict[str, Benchmark] = {
             4,
             "Burmester 1888",
             total_degree=16,
-            mixed_volume=6,
             real=4,
         ),
         Benchmark("quartics", algebra.dense_quartics, 64, "Bézout", total_degree=64, mixed_volume=64),
