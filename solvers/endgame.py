@@ -20,7 +20,7 @@ import numpy as np
 
 from solvers.kernel.reference import PAUSED, REACHED, STATUS, Settings
 from solvers.system import evaluate
-from solvers.tape import Program
+from solvers.tape import ADD, INV, MUL, NEG, SQR, SUB, Program
 
 # Classes of a finished path.
 REGULAR, SINGULAR, INFINITE, FAILED = range(4)
@@ -50,6 +50,8 @@ COKERNEL = 2e-14
 SHORT_WAY = 0.1
 #: … and the first Newton steps there shrink by this factor each.
 STRONG = 0.2
+#: A Newton step cannot be smaller than about this times the condition number.
+ROUNDING = 1e-15
 #: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
 SETTLED = 0.15
 
@@ -188,7 +190,8 @@ class _Walk:
             step = newton_step(self.program, x, self.target)
             sizes.append((np.abs(step) / weights[near]).max(axis=1))
             x = x - step
-        good = (sizes[0] < STRONG * way[near]) & (sizes[1] < STRONG * sizes[0] + 1e-12)
+        noise = ROUNDING * scaled_condition(self.program, x, self.target)
+        good = (sizes[0] < STRONG * way[near] + noise) & (sizes[1] < STRONG * sizes[0] + noise)
         good[good] = self._regular(rows[near[good]], x[good])
         jumped[near[good]] = True
         return jumped
@@ -236,16 +239,17 @@ class _Walk:
         distance of a pair shows: a pair a distance d apart leaves d²/4.
         """
         F, J = evaluate(self.program, x, self.target)
-        weights = relative_weights(x)
-        size = np.maximum(np.abs(J * weights[:, None, :]).max(axis=2), 1e-300)
-        left, values, _ = np.linalg.svd(J * weights[:, None, :] / size[:, :, None])
+        size = magnitudes(self.program, x, self.target)
+        left, values, _ = np.linalg.svd(J * relative_weights(x)[:, None, :] / size[:, :, None])
         with np.errstate(all="ignore"):
             self.ends.condition[rows] = condition = values[:, 0] / values[:, -1]
         residual = F / size
         along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
         return (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
 
-    def _loop(self, points: np.ndarray, radius: float, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _loop(
+        self, points: np.ndarray, radius: float, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Turns until closed (0: not closed), mean in the chart of the largest coordinate, order of the pole."""
         count = len(points)
         pick = np.arange(count)
@@ -327,7 +331,7 @@ def newton(
         size = np.maximum(np.abs(x).max(axis=1, keepdims=True), 1e-300)
         small = np.abs(step).max(axis=1, keepdims=True) < 1e-3 * size
         x = x - np.where(small, step, 0)
-    return x, scaled_condition(evaluate(program, x, parameters)[1], x)
+    return x, scaled_condition(program, x, parameters)
 
 
 def relative_weights(x: np.ndarray) -> np.ndarray:
@@ -336,16 +340,34 @@ def relative_weights(x: np.ndarray) -> np.ndarray:
     return np.maximum(size, np.maximum(1e-4 * size.max(axis=1, keepdims=True), 1e-300))
 
 
-def scaled_condition(J: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Condition numbers of Jacobians with unknowns measured relative to their size and equilibrated rows.
+def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """Sizes of the terms of each equation before they cancel, shape (n, equations).
 
-    Parameters
-    ----------
-    J : ndarray, shape (n, k, k)
-    x : ndarray, shape (n, k)
+    An unknown that vanishes counts with its relative weight, so that no size is zero by accident. The program is replayed on absolute values with every difference made a sum. The rounding error of an
+    equation is a small multiple of the rounding unit times this; unlike the largest entry of its gradient it
+    does not vanish at a singular root.
     """
-    scaled = J * relative_weights(x)[:, None, :]
-    scaled = scaled / np.maximum(np.abs(scaled).max(axis=2, keepdims=True), 1e-300)
+    point, values = list(relative_weights(x).T), list(np.abs(parameters))
+    slots = [*point, *values, *[0.0] * len(values), *np.abs(program.constant_values)]
+    for op, a, b, c in program.code.tolist():
+        if op in (ADD, SUB):
+            slots.append(slots[a] + slots[b])
+        elif op == NEG:
+            slots.append(slots[a])
+        elif op == INV:
+            slots.append(1 / np.maximum(slots[a], 1e-300))
+        elif op in (MUL, SQR):
+            slots.append(slots[a] * slots[a if op == SQR else b])
+        else:
+            slots.append(slots[a] * slots[b] + slots[c])
+    columns = [np.broadcast_to(slots[k], len(x)) for k in program.outputs["F"].tolist()]
+    return np.maximum(np.array(columns).T, 1e-300)
+
+
+def scaled_condition(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """Condition numbers of the Jacobian, with unknowns and equations measured in their own sizes, shape (n,)."""
+    J = evaluate(program, x, parameters)[1]
+    scaled = J * relative_weights(x)[:, None, :] / magnitudes(program, x, parameters)[:, :, None]
     result = np.full(len(J), np.inf)
     finite = np.isfinite(scaled).all(axis=(1, 2))
     if finite.any():

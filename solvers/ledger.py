@@ -66,7 +66,9 @@ def clashing(ends: Ends) -> np.ndarray:
 
 
 def climb(
-    ends: Ends, rungs: Iterator[tuple[str, Callable[[np.ndarray], Ends]]], report: Callable[[str, int], Any] | None = None
+    ends: Ends,
+    rungs: Iterator[tuple[str, Callable[[np.ndarray], Ends]]],
+    report: Callable[[str, int], Any] | None = None,
 ) -> dict[str, int]:
     """Track doubtful paths again, one rung after the other, until nothing is doubtful.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, scaled_condition
+from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, magnitudes, relative_weights
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import pairs_of_equals
 from solvers.solutions import Ledger, Singular, Solutions
@@ -18,6 +18,8 @@ STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
 #: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
 #: μ-th root of the rounding error from any one path, and to about 1e-10 from the mean over its loops.
 SAME_SINGULAR = 1e-5
+#: Singular values of the scaled Jacobian below this count towards its kernel at a singular end.
+KERNEL = 1e-6
 #: Whole solves with a fresh random γ, when paths still fail after the ladder.
 FRESH_STARTS = 3
 
@@ -163,8 +165,9 @@ def _kernel_dimension(system: System, values: np.ndarray, points: np.ndarray) ->
     if not len(points):
         return np.zeros(0, np.int64)
     J = evaluate(system.jacobian_program, points, values)[1]
-    largest = np.maximum(np.abs(J).max(axis=(1, 2)), 1e-300)
-    return (np.linalg.svd(J / largest[:, None, None], compute_uv=False) < 1e-5).sum(axis=1)
+    size = magnitudes(system.jacobian_program, points, values)
+    scaled = J * relative_weights(points)[:, None, :] / size[:, :, None]
+    return (np.linalg.svd(scaled, compute_uv=False) < KERNEL).sum(axis=1)
 
 
 def _certify(system: System, solutions: Solutions) -> None:
@@ -175,4 +178,4 @@ def _certify(system: System, solutions: Solutions) -> None:
     solutions.certificate = certify(system, solutions)
 
 
-__all__ = ["STARTS", "Interrupted", "homotopy_for", "scaled_condition", "solve"]
+__all__ = ["STARTS", "Interrupted", "homotopy_for", "solve"]
