@@ -1,8 +1,8 @@
 """Certificates: each root exists, is alone in its box, differs from the others, is real or is not.
 
 All points are tested at once in double precision (`solvers.krawczyk`); what that leaves open, Arb decides one by
-one with 128 bits, then 256, and so on. Nothing here is a tolerance: an answer is a proof about the system with
-exactly the coefficients and parameter values given, or it is not given.
+one (`solvers.krawczyk_arb`) with 128 bits, then 256, and so on. Nothing here is a tolerance: an answer is a proof
+about the system with exactly the coefficients and parameter values given, or it is not given.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from solvers.arithmetic.discs import TINY_SIZE, UP
 from solvers.arithmetic.values import exact_parameters
 from solvers.distinct import overlapping_pairs, representatives
 from solvers.from_sympy import InvalidSystem
-from solvers.krawczyk import ArbBox, Boxes, NotNearRoot, Question, krawczyk_arb, krawczyk_discs
+from solvers.krawczyk import Boxes, Question, krawczyk_discs
+from solvers.krawczyk_arb import ArbBox, NotNearRoot, krawczyk_arb
 from solvers.reality import conjugation_order, is_real
 from solvers.system import System, differentiated
 from solvers.tape import Builder, Exact

@@ -45,11 +45,45 @@ def replay(
     return program.replay(unknowns, [ball(value) for value in parameters], constants=constants)
 
 
-def dense(entries: Sequence[Any], pattern: Sequence[Sequence[int]], size: int) -> Any:
-    """Sparse entries as a square `flint.acb_mat`."""
-    from flint import acb, acb_mat
+def dense(entries: Sequence[Any], pattern: Sequence[Sequence[int]], shape: tuple[int, int]) -> Any:
+    """Sparse entries as a `flint.acb_mat` of the given shape."""
+    from flint import acb_mat
 
-    matrix = acb_mat([[acb(0)] * size for _ in range(size)])
+    matrix = acb_mat(*shape)
     for (i, j), entry in zip(pattern, entries):
-        matrix[int(i), int(j)] = entry
+        matrix[i, j] = entry
     return matrix
+
+
+def column(values: Sequence[Any]) -> Any:
+    """Balls as a `flint.acb_mat` with one column."""
+    from flint import acb_mat
+
+    return acb_mat([[value] for value in values])
+
+
+def least_squares(J: Any, F: Any) -> Any:
+    """An approximate solution of J dx = F, without error bounds; least squares for more rows than columns.
+
+    The normal equations double the digits that an ill-conditioned J costs; here precision is cheap.
+
+    Raises
+    ------
+    ZeroDivisionError
+        The matrix is singular.
+    """
+    if J.nrows() > J.ncols():
+        adjoint = J.conjugate().transpose()
+        J, F = adjoint * J, adjoint * F
+    dx = J.solve(F, algorithm="approx")
+    if not all(z.is_finite() for z in dx.entries()):
+        raise ZeroDivisionError("singular matrix")
+    return dx
+
+
+def sum_of(hi: complex, lo: complex) -> Any:
+    """hi + lo exactly (`flint.acb`), for a double-double."""
+    from flint import acb, ctx
+
+    with ctx.workprec(2200):  # two doubles of any exponents
+        return acb(complex(hi)) + acb(complex(lo))

@@ -40,6 +40,8 @@ def exact_value(number: Any) -> Exact:
     (Fraction(1, 4), Fraction(-1, 1))
     """
     try:
+        if isinstance(number, str):  # complex() would read it; a text for a number is a mistake
+            raise ValueError
         if isinstance(number, (int, float, complex, Fraction, np.number)):
             return exact(number)
         if hasattr(number, "as_real_imag"):  # SymPy
@@ -58,10 +60,10 @@ def exact_value(number: Any) -> Exact:
 
 
 def _mpf_fraction(number: Any) -> Fraction:
-    mantissa, exponent = number.man_exp
+    sign, mantissa, exponent, _ = number._mpf_
     if not mantissa and exponent:  # mpmath writes infinities and NaN with an empty mantissa
         raise ValueError
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    return (-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
 def exact_parameters(system: System, parameters: Any = None) -> tuple[Exact, ...]:

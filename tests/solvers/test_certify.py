@@ -11,7 +11,8 @@ from sympy import I, Rational, expand, prod, symbols
 from solvers.certify import Certificates, certify
 from solvers.distinct import overlapping_pairs, representatives
 from solvers.from_sympy import InvalidSystem
-from solvers.krawczyk import NotNearRoot, krawczyk_arb, krawczyk_discs
+from solvers.krawczyk import krawczyk_discs
+from solvers.krawczyk_arb import NotNearRoot, krawczyk_arb
 from solvers.system import System
 
 x, y, z, w, p, q = symbols("x y z w p q")
