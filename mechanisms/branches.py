@@ -116,9 +116,8 @@ class Branches:
         Returns
         -------
         (float, float) or None
-            Place of the first and of the last; the last lies beyond the ends of the circuit where the
-            travel passes its start. On an endless branch with two ways round, the one with the shorter
-            travel.
+            Place of the first and of the last; the last lies beyond the ends of the circuit where the travel
+            passes its start. On an endless branch with two ways round, the shorter travel of the input.
         """
         arcs = float(self.circuit.arcs)
         travels = []
@@ -133,7 +132,7 @@ class Branches:
                 offset = [sign * (p - steps[0]) for p in steps]
             if all(b >= a - SAME_PLACE for a, b in pairwise(offset)):
                 travels.append((float(places[0]), float(places[0] + sign * max(offset))))
-        return min(travels, key=lambda ends: abs(ends[1] - ends[0]), default=None)
+        return min(travels, key=lambda ends: abs(self.value(ends[1]) - self.value(ends[0])), default=None)
 
     def clearance(self, travel: tuple[float, float], number: int) -> float:
         """Return how far the input may go on from a travel until the nearest dead centre (inf if none)."""

@@ -139,7 +139,7 @@ class Closure:
                 turned[..., k] += 1j * slid[..., j] * s[..., None, j]
         loops = np.concatenate([turned, slid], axis=-1)
         rows = np.stack([loops.real, loops.imag], axis=-2)
-        rows = rows.reshape(*rows.shape[:-3], -1, self.size)
+        rows = rows.reshape(*rows.shape[:-3], 2 * len(self.matrix), self.size)
         gear = np.concatenate([self.gears, np.zeros((len(self.gears), self.slides.shape[1]))], axis=1)
         return np.concatenate([rows, np.broadcast_to(gear, (*rows.shape[:-2], *gear.shape))], axis=-2)
 
@@ -189,9 +189,17 @@ class Closure:
         x = np.zeros((*shape, self.size))
         for k in range(self.rotations):
             x[..., k] = values[k]
-        if self.slides.shape[1]:
-            x[..., self.rotations :] = self._displacements(x)
-        return x
+        return self.with_displacements(x) if self.slides.shape[1] else x
+
+    def with_displacements(self, x: np.ndarray) -> np.ndarray:
+        """Return x with the displacements that close the loops best (least squares) for its rotations."""
+        e, _ = self._turned(x)
+        loops = self.constant + e[..., :-1] @ self.matrix.T
+        slid = self.slides * e[..., None, self.slide_class]
+        rows = np.stack([slid.real, slid.imag], axis=-2)
+        rows = rows.reshape(*rows.shape[:-3], 2 * len(self.matrix), self.slides.shape[1])
+        best = (np.linalg.pinv(rows) @ -_interleave(loops)[..., None])[..., 0]
+        return np.concatenate([x[..., : self.rotations], best], axis=-1)
 
     def link_rotations(self, x: np.ndarray) -> dict[str, Any]:
         """Return the rotation of every moving link at a configuration (…, size)."""
@@ -217,15 +225,6 @@ class Closure:
         q = np.concatenate([x[..., : self.rotations], np.zeros((*x.shape[:-1], 1))], axis=-1)
         return np.exp(1j * q), x[..., self.rotations :]
 
-    def _displacements(self, x: np.ndarray) -> np.ndarray:
-        """Return the displacements that close the loops best for the rotations in x."""
-        e, _ = self._turned(x)
-        loops = self.constant + e[..., :-1] @ self.matrix.T
-        slid = self.slides * e[..., None, self.slide_class]
-        rows = np.stack([slid.real, slid.imag], axis=-2)
-        rows = rows.reshape(*rows.shape[:-3], -1, self.slides.shape[1])
-        return (np.linalg.pinv(rows) @ -_interleave(loops)[..., None])[..., 0]
-
 
 def _interleave(z: np.ndarray) -> np.ndarray:
-    return np.stack([z.real, z.imag], axis=-1).reshape(*z.shape[:-1], -1)
+    return np.stack([z.real, z.imag], axis=-1).reshape(*z.shape[:-1], 2 * z.shape[-1])

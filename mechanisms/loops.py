@@ -130,6 +130,7 @@ def derive(linkage: Linkage, stages: Mapping[str, int] | None = None) -> Closure
                     continue
                 left.remove((number, edge))
                 progress = True
+                break  # begin again: pins come first in the list, so that displacements stay out of the tree
     rows = np.array(loops, dtype=complex).reshape(len(loops), slides + len(directions) + len(edges))
     table = np.array([shift[link] for link in links])
     gears = np.zeros((len(linkage.gears), rotations + 1))

@@ -141,7 +141,7 @@ class Transmission:
                 part = part @ block.free
             if len(block.loops) > 1:
                 part = np.einsum("ml,...lcf->...mcf", block.metric, part)
-            part = part.reshape(*x.shape[:-1], -1, part.shape[-1])
+            part = part.reshape(*x.shape[:-1], 2 * len(block.loops), part.shape[-1])
             least = np.minimum(least, _least_sine(part))
         return np.arcsin(np.clip(least, 0.0, 1.0))
 
