@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import os
+import struct
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -45,7 +47,7 @@ class Tick:
             _keep(path, image)
         # The library owns the code: it must live as long as the address is used.
         self._library = llvm.JITLibraryBuilder().add_object_img(image).export_symbol("tick")
-        self._library = self._library.link(_linker(), f"tick-{id(self)}")
+        self._library = self._library.link(_linker(), f"tick-{next(_NUMBERS)}")
         self.address = int(self._library["tick"])
 
 
@@ -130,7 +132,7 @@ class _Writer:
     def constant(self, value: float) -> str | None:
         if value == 0:
             return None
-        (bits,) = _unpack(value)
+        (bits,) = struct.unpack("<Q", struct.pack("<d", value))
         return "<" + ", ".join([f"double 0x{bits:016X}"] * self.lanes.width) + ">"
 
     def pointer(self, row: int) -> str:
@@ -194,13 +196,8 @@ class _Writer:
         return self.times(a, reciprocal), self.times(self.negative(b), reciprocal)
 
 
-def _unpack(value: float) -> tuple[int]:
-    import struct
-
-    return struct.unpack("<Q", struct.pack("<d", value))
-
-
 _STATE: dict[str, Any] = {}
+_NUMBERS = itertools.count()
 
 
 def _target_machine() -> Any:

@@ -56,7 +56,7 @@ def code_is_cached(program: Program) -> bool:
 
 
 class Run:
-    """A program bound to a way of running it: "compiled", "interpreted" or "pivoted"."""
+    """A program bound to a way of running it: "compiled", "interpreted", "pivoted" or "double-double"."""
 
     def __init__(self, program: Program, way: str, lanes: Any) -> None:
         from solvers.kernel import tracker
@@ -67,7 +67,7 @@ class Run:
         self.at = layout(program.unknowns, program.parameters)
         outputs = ("F", "J", "Ft") if way == "pivoted" else ("dx", "dr")
         self.address = 0
-        self.matrix = self.rows = self.at.slots
+        self.first = self.matrix = self.rows = self.at.slots
         self.pattern = np.zeros((0, 2), np.int32)
         if way == "compiled":
             from solvers.kernel.codegen import Tick
@@ -78,12 +78,23 @@ class Run:
             self.code, self.outputs = np.zeros((0, 5), np.int32), np.zeros(0, np.int32)
             self.constants = np.zeros((0, 2))
         else:
-            self.mode = tracker.PIVOTED if way == "pivoted" else tracker.INTERPRETED
-            program_rows = bytecode(program, outputs, self.at.slots)
+            first, stride, leaf = self.at.slots, 2, 0
+            if way == "double-double":
+                # rows of scratch for the tick, then the inputs, then constants and values
+                stride, leaf = 4, first + 4 * self.unknowns
+                first = leaf + 4 * (self.unknowns + 2 * self.parameters)
+            self.mode = {
+                "pivoted": tracker.PIVOTED,
+                "interpreted": tracker.INTERPRETED,
+                "double-double": tracker.DOUBLE_DOUBLE,
+            }[way]
+            program_rows = bytecode(program, outputs, first, stride, leaf)
+            self.first = first
             self.code, self.outputs = program_rows.code, program_rows.outputs
             self.constants, self.pattern = program_rows.constants, program_rows.pattern
-            self.matrix = self.rows = program_rows.rows
+            self.rows = program_rows.rows
             if way == "pivoted":
+                self.matrix = self.rows
                 self.rows += 2 * self.unknowns * (self.unknowns + 2)
 
     def track(
@@ -98,12 +109,12 @@ class Run:
         toric: bool,
     ) -> Tracked:
         """As :func:`solvers.kernel.reference.track`; releases the interpreter lock."""
-        from solvers.kernel import tracker
+        from solvers.kernel import stepping, tracker
 
         n, m, width, count = self.unknowns, self.parameters, self.lanes.width, len(x)
         work = workspace(self.rows, width)
         values = np.repeat(self.constants.ravel(), width)
-        work[self.at.slots * width : self.at.slots * width + len(values)] = values
+        work[self.first * width : self.first * width + len(values)] = values
         result = Tracked(
             x=np.array(x, np.complex128),
             r=np.full(count, float(start)),
@@ -116,7 +127,7 @@ class Run:
         if count == 0:
             return result
         length = float(start) - float(end)
-        control = tracker.Control(
+        control = stepping.Control(
             start=float(start),
             end=float(end),
             stop=float(end if stop is None else stop),

@@ -11,6 +11,7 @@ turns out to be, that costs at most twice the best choice.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from typing import Any
 
@@ -107,21 +108,28 @@ class Engine:
         self._source: tuple[Builder, list[Node], np.ndarray, np.ndarray, list[int] | None] | None
         self._source = (builder, equations, points, parameters, moving)
         self._tick: Program | None = None
-        self._runs: dict[tuple[str, Any], Any] = {}
+        self._forget()
+
+    def _forget(self) -> None:
+        """Nothing has been compiled or tracked yet, in this process."""
+        self._lock = threading.RLock()
+        self._runs: dict[tuple[str, Any], compiled.Run] = {}
         self._path_ticks = 0
+        self._code_at_hand: bool | None = None
 
     @property
     def tick(self) -> Program | None:
         """The whole tick as one program (outputs dx and dr), or None where that would be too long."""
-        if self._source is not None:
-            builder, equations, points, parameters, moving = self._source
-            self._source = None
-            _, J = evaluate(self.program, points, parameters)
-            J = J[np.isfinite(J).all(axis=(1, 2))]
-            order = pivot_order(self.program.pattern, J)
-            if elimination_length(self.program.pattern, order) + len(self.program.code) <= LONGEST_TICK:
-                self._tick = tick_program(builder, equations, order, moving)
-        return self._tick
+        with self._lock:
+            if self._source is not None:
+                builder, equations, points, parameters, moving = self._source
+                _, J = evaluate(self.program, points, parameters)
+                J = J[np.isfinite(J).all(axis=(1, 2))]
+                order = pivot_order(self.program.pattern, J)
+                if elimination_length(self.program.pattern, order) + len(self.program.code) <= LONGEST_TICK:
+                    self._tick = tick_program(builder, equations, order, moving)
+                self._source = None
+            return self._tick
 
     def __getstate__(self) -> dict[str, Any]:
         return {"program": self.program, "_tick": self.tick, "prefer": self.prefer}
@@ -129,8 +137,7 @@ class Engine:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._source = None
-        self._runs = {}
-        self._path_ticks = 0
+        self._forget()
 
     def track(
         self,
@@ -143,6 +150,7 @@ class Engine:
         settings: Settings | None = None,
         pivoted: bool = False,
         kind: str = "line",
+        arithmetic: str = "double",
     ) -> Tracked:
         """Track paths from r = start down to r = end; see :func:`solvers.kernel.reference.track`.
 
@@ -159,6 +167,9 @@ class Engine:
             Solve with partial pivoting at each tick, as reruns do, instead of the fixed order of elimination.
         kind : {"line", "toric"}
             Parameters base + r·direction, or base·exp(r·direction) with real direction.
+        arithmetic : {"double", "double-double"}
+            Numbers of sixteen digits, or of thirty-two at some twenty times the cost. Step control and results
+            are double in either case; a result is then correct to the last bits of a double.
 
         Returns
         -------
@@ -170,8 +181,10 @@ class Engine:
             raise ValueError(f"a path of the kind {kind!r}; it is a line or toric")
         if kind == "toric" and np.any(direction.imag):
             raise ValueError("the exponents of a toric path must be real")
+        if arithmetic not in ("double", "double-double"):
+            raise ValueError(f"the arithmetic {arithmetic!r} is unknown; it is double or double-double")
         settings = settings or Settings()
-        self.used = self._choose(len(x), pivoted)
+        self.used = self._choose(len(x), pivoted) if arithmetic == "double" else arithmetic
         if self.used == "reference":
             arguments: dict[str, Any] = {"start": start, "end": end, "stop": stop}
             return reference.track(self.program, x, base, direction, settings=settings, kind=kind, **arguments)
@@ -191,9 +204,11 @@ class Engine:
             return "pivoted"
         if wanted != "auto":
             return wanted
-        if self._path_ticks + paths * TYPICAL_TICKS > CODE_PAYS or compiled.code_is_cached(self.tick):
-            return "compiled"
-        return "interpreted"
+        if self._code_at_hand is None:
+            self._code_at_hand = compiled.code_is_cached(self.tick)
+        if self._path_ticks + paths * TYPICAL_TICKS > CODE_PAYS:
+            self._code_at_hand = True
+        return "compiled" if self._code_at_hand else "interpreted"
 
     def _numpy_seconds(self, paths: int) -> float:
         tick, instruction, lane, solve = NUMPY_COST
@@ -202,11 +217,16 @@ class Engine:
 
     def _run(self, way: str) -> compiled.Run:
         key = (way, compiled.lanes_in_use())
-        if key not in self._runs:
-            program = self.program if way == "pivoted" else self.tick
-            assert program is not None
-            self._runs[key] = compiled.Run(program, way, key[1])
-        return self._runs[key]
+        with self._lock:
+            if key not in self._runs:
+                program = self.program if way == "pivoted" else self.tick
+                if program is None:
+                    raise NotImplementedError(
+                        f"the elimination of this system takes more than {LONGEST_TICK} instructions; "
+                        "it can be tracked with pivoted=True in double arithmetic only"
+                    )
+                self._runs[key] = compiled.Run(program, way, key[1])
+            return self._runs[key]
 
 
 _RENT = {"seconds": 0.0}

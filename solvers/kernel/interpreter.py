@@ -7,27 +7,28 @@ paths that the fixed order of elimination has failed, and for dense systems too 
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from solvers.kernel.lanes import any_lane, fma, load, maximum, negative, select, splat, store
-from solvers.tape import ADD, ARITY, FMA, FMS, FNMA, INV, MUL, SQR, SUB, Program
+from solvers.tape import ADD, ARITY, FMA, FMS, FNMA, INV, MUL, SQR, SUB, Exact, Program
 
 
 class Bytecode(NamedTuple):
     """A program on rows of the workspace."""
 
     code: np.ndarray  # (instructions, 5) int32: operation, target row, operand rows
-    constants: np.ndarray  # (constants, 2): real and imaginary part
+    constants: np.ndarray  # (constants, stride): real and imaginary part, and their trailing parts
     first: int  # row of the first constant
     rows: int  # rows in use, from the start of the workspace
     outputs: np.ndarray  # rows of dx and dr, or of F, J and Ft
     pattern: np.ndarray  # (nonzeros, 2) int32 of J
 
 
-def bytecode(program: Program, names: tuple[str, ...], first: int) -> Bytecode:
+def bytecode(program: Program, names: tuple[str, ...], first: int, stride: int = 2, leaf: int = 0) -> Bytecode:
     """Give every value a row, and rows whose value is read no more to later values.
 
     Parameters
@@ -36,10 +37,14 @@ def bytecode(program: Program, names: tuple[str, ...], first: int) -> Bytecode:
         Outputs that are wanted, in this order.
     first : int
         Row where constants and values may begin.
+    stride : int
+        Rows of a number: 2, or 4 in double-double.
+    leaf : int
+        Row of the first unknown.
     """
     leaves = program.unknowns + 2 * program.parameters
-    constants = program.constant_values
-    row = [2 * k for k in range(leaves)] + [first + 2 * k for k in range(len(constants))]
+    count = len(program.constants)
+    row = [leaf + stride * k for k in range(leaves)] + [first + stride * k for k in range(count)]
     outputs = [slot for name in names for slot in program.outputs[name].tolist()]
     code = program.code.tolist()
     last = dict.fromkeys(outputs, len(code))
@@ -47,7 +52,7 @@ def bytecode(program: Program, names: tuple[str, ...], first: int) -> Bytecode:
         op, *operands = code[k]
         for slot in operands[: ARITY[op]]:
             last.setdefault(slot, k)
-    top = first + 2 * len(constants)
+    top = first + stride * count
     free: list[int] = []
     written = []
     for k, (op, *operands) in enumerate(code):
@@ -58,17 +63,27 @@ def bytecode(program: Program, names: tuple[str, ...], first: int) -> Bytecode:
         if free:
             target = free.pop()
         else:
-            target, top = top, top + 2
+            target, top = top, top + stride
         row.append(target)
         written.append((op, target, *rows))
     return Bytecode(
         code=np.array(written, np.int32).reshape(-1, 5),
-        constants=np.ascontiguousarray(np.stack([constants.real, constants.imag], axis=1)),
+        constants=exact_rows(program.constants)[:, :stride].copy(),
         first=first,
         rows=top,
         outputs=np.array([row[slot] for slot in outputs], np.int32),
         pattern=np.ascontiguousarray(program.pattern),
     )
+
+
+def exact_rows(constants: tuple[Exact, ...]) -> np.ndarray:
+    """Exact constants as rows (re, im, trailing re, trailing im), shape (constants, 4)."""
+    table = np.zeros((len(constants), 4))
+    for k, parts in enumerate(constants):
+        for j, part in enumerate(parts):
+            table[k, j] = float(part)
+            table[k, j + 2] = float(part - Fraction(table[k, j]))
+    return table
 
 
 @njit

@@ -11,6 +11,7 @@ from __future__ import annotations
 import operator
 import os
 from functools import cache
+from typing import Any
 
 import llvmlite.binding as llvm
 from llvmlite import ir
@@ -124,6 +125,11 @@ def _unbox_lanes(kind, value, context):
     return NativeValue(context.context.get_dummy_value())
 
 
+def instruction(generator: Any) -> Any:
+    """A function for compiled code, given by a function that types and writes its LLVM instructions."""
+    return intrinsic(generator)
+
+
 # -- memory ---------------------------------------------------------------------------------------------------
 def _row_pointer(context, builder, array_type, array, row, width):
     """Rows are aligned to the double only: an unaligned instruction on aligned memory costs nothing."""
@@ -132,7 +138,7 @@ def _row_pointer(context, builder, array_type, array, row, width):
     return builder.bitcast(first, ir.VectorType(_DOUBLE, width).as_pointer())
 
 
-@intrinsic
+@instruction
 def load(typing, lanes, array, row):
     """The row of an array as a vector."""
 
@@ -143,7 +149,7 @@ def load(typing, lanes, array, row):
     return Vector(lanes.width, lanes.fma)(lanes, array, types.int64), generate
 
 
-@intrinsic
+@instruction
 def store(typing, array, row, value):
     """Write a vector into a row."""
 
@@ -155,7 +161,7 @@ def store(typing, array, row, value):
     return types.void(array, types.int64, value), generate
 
 
-@intrinsic
+@instruction
 def splat(typing, lanes, value):
     """The same number in every lane."""
 
@@ -191,17 +197,40 @@ def multiply_add(builder, a, b, c, fma):
     return call_intrinsic(builder, "fma", a, b, c) if fma else builder.fadd(builder.fmul(a, b), c)
 
 
-@intrinsic
+@instruction
 def fma(typing, a, b, c):
     """a·b + c."""
 
     def generate(context, builder, sig, args):
-        return multiply_add(builder, *args, a.fma)
+        x, y, z = args
+        return multiply_add(builder, x, y, z, a.fma)
 
     return a(a, a, a), generate
 
 
-@intrinsic
+@instruction
+def product_error(typing, a, b, product):
+    """a·b - product exactly, for the rounded product; by Dekker's splitting where no instruction is fused."""
+
+    def generate(context, builder, sig, args):
+        x, y, p = args
+        if a.fma:
+            return call_intrinsic(builder, "fma", x, y, builder.fneg(p))
+
+        def split(v):
+            c = builder.fmul(constant_vector(2.0**27 + 1, a.width), v)
+            high = builder.fsub(c, builder.fsub(c, v))
+            return high, builder.fsub(v, high)
+
+        (x1, x2), (y1, y2) = split(x), split(y)
+        rest = builder.fsub(builder.fmul(x1, y1), p)
+        rest = builder.fadd(builder.fadd(rest, builder.fmul(x1, y2)), builder.fmul(x2, y1))
+        return builder.fadd(rest, builder.fmul(x2, y2))
+
+    return a(a, a, a), generate
+
+
+@instruction
 def select(typing, mask, yes, no):
     """`yes` where the mask holds, `no` elsewhere."""
 
@@ -211,7 +240,7 @@ def select(typing, mask, yes, no):
     return yes(mask, yes, yes), generate
 
 
-@intrinsic
+@instruction
 def sqrt(typing, a):
     """The square root."""
 
@@ -221,7 +250,7 @@ def sqrt(typing, a):
     return a(a), generate
 
 
-@intrinsic
+@instruction
 def maximum(typing, a, b):
     """The larger one; b where a comparison with a NaN is false."""
 
@@ -231,7 +260,7 @@ def maximum(typing, a, b):
     return a(a, a), generate
 
 
-@intrinsic
+@instruction
 def minimum(typing, a, b):
     """The smaller one; b where a comparison with a NaN is false."""
 
@@ -241,7 +270,7 @@ def minimum(typing, a, b):
     return a(a, a), generate
 
 
-@intrinsic
+@instruction
 def rough_reciprocal(typing, a):
     """1/a for positive a within one per cent, without a division.
 
@@ -260,7 +289,7 @@ def rough_reciprocal(typing, a):
     return a(a), generate
 
 
-@intrinsic
+@instruction
 def two_to_the(typing, a):
     """2**a for whole numbers a between -1000 and 1000."""
 
@@ -272,7 +301,7 @@ def two_to_the(typing, a):
     return a(a), generate
 
 
-@intrinsic
+@instruction
 def floor(typing, a):
     """The whole number below."""
 
@@ -283,7 +312,7 @@ def floor(typing, a):
 
 
 # -- masks ----------------------------------------------------------------------------------------------------
-@intrinsic
+@instruction
 def bits(typing, mask):
     """The mask as an integer, lane k in bit k."""
 
@@ -293,7 +322,7 @@ def bits(typing, mask):
     return types.int64(mask), generate
 
 
-@intrinsic
+@instruction
 def call_tick(typing, address, array):
     """Call machine code ``void tick(double *)`` at an address."""
 
@@ -335,7 +364,7 @@ _binary(operator.and_, lambda b, x, y: b.and_(x, y), Mask)
 _binary(operator.or_, lambda b, x, y: b.or_(x, y), Mask)
 
 
-@intrinsic
+@instruction
 def negative(typing, a):
     """-a."""
 
@@ -345,7 +374,7 @@ def negative(typing, a):
     return a(a), generate
 
 
-@intrinsic
+@instruction
 def outside(typing, mask):
     """The lanes where the mask does not hold."""
 
@@ -355,7 +384,7 @@ def outside(typing, mask):
     return mask(mask), generate
 
 
-@intrinsic
+@instruction
 def any_lane(typing, mask):
     """Whether the mask holds in any lane."""
 

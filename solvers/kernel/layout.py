@@ -34,8 +34,8 @@ class Layout(NamedTuple):
 
 #: Scalars of a lane, one row each, counted from Layout.lane.
 R, H, R_ACCEPTED, H_BEFORE, OMEGA, ITERATION, LAST = range(7)
-FIRST, REJECTED, TICKS, STEPS, POLISHING, QUALITY, ALIVE = range(7, 14)
-SCALARS = 14
+FIRST, REJECTED, TICKS, STEPS, POLISHING, QUALITY, ALIVE, NEAR = range(7, 15)
+SCALARS = 15
 
 
 def layout(unknowns: int, parameters: int) -> Layout:

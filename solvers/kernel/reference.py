@@ -114,6 +114,9 @@ CORRECTIONS = 5
 POLISHING, EXACT = 4, 1e-15
 #: A polishing step that is not smaller than the one before by this factor has met rounding or a singularity.
 SHRINKING = 0.25
+#: On a toric path a step covers at most this part of r, until r falls below this part of 1 / largest exponent.
+#: A parameter c·exp(-w·r) stays invisible until r is a few times 1/w; a step over all of that would not see it.
+TORIC_PART = 0.5
 #: A start point that Newton's method has not confirmed after so many ticks is none.
 START_TICKS = 8
 
@@ -181,6 +184,9 @@ class _Lanes:
         parameters = len(np.atleast_1d(base).T)
         self.base = np.broadcast_to(np.atleast_2d(base), (count, parameters)).T.astype(np.complex128)
         self.direction = np.broadcast_to(np.atleast_2d(direction), (count, parameters)).T.astype(np.complex128)
+        self.near = np.full(count, np.inf)
+        if self.toric:
+            self.near = TORIC_PART / np.maximum(np.abs(self.direction.real).max(axis=0), 1e-300)
         self.x = np.array(x.T, np.complex128)  # trial point
         self.trial = np.array(x.T, np.complex128)  # as predicted, for the error of the prediction
         self.r = np.full(count, float(start))
@@ -291,6 +297,7 @@ class _Lanes:
             euler = np.minimum(np.sqrt(budget) / s.safety, h * 2)
             new = np.where(cubic, hermite, euler)
             new = np.minimum(new, np.where(self.rejected, h, 5 * h))
+            new = np.minimum(new, np.maximum(TORIC_PART * self.r, self.near))
             new = np.where(started, np.minimum(new, s.largest_step * self.length), self._first_step(dr))
         for array, value in (
             (self.before, self.accepted),
