@@ -305,7 +305,7 @@ def _print_result(result: Result, designs: Sequence[Any], top: int | None, every
 
     console = _console()
     for line in tables.headline(result):
-        console.print(line, markup=False)
+        console.print(line, markup=False, soft_wrap=True)
     console.print()
     console.print(tables.funnel_table(result))
     shown = [d for d in designs if everything or d.linkage is not None]
