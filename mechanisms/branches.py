@@ -110,14 +110,35 @@ class Branches:
         a, b = (self.value(place) for place in self.interval(number))
         return min(a, b), max(a, b)
 
+    def place_at(self, number: int, value: float) -> float | None:
+        """Return the place on a branch where the input has a value, or None if it has it nowhere.
+
+        On an endless branch values count modulo its full turns.
+        """
+        low, high = self.interval(number)
+        ends = self.value(low), self.value(high)
+        if self.endless:
+            value = min(ends) + (value - min(ends)) % abs(ends[1] - ends[0])
+        if not min(ends) <= value <= max(ends):
+            return None
+        rises = ends[1] > ends[0]
+        while high - low > 1e-12 * self.circuit.arcs:
+            middle = 0.5 * (low + high)
+            if (self.value(middle) < value) == rises:
+                low = middle
+            else:
+                high = middle
+        return self._round(0.5 * (low + high))
+
     def order(self, places: Sequence[float], number: int) -> tuple[float, float] | None:
         """Return the travel that visits places in the order given, never turning back, or None.
 
         Returns
         -------
         (float, float) or None
-            Place of the first and of the last; the last lies beyond the ends of the circuit where the travel
-            passes its start. On an endless branch with two ways round, the shorter travel of the input.
+            Place of the first and of the last; the last lies beyond the ends of the circuit where the
+            travel passes its start. On an endless branch with two ways round, the shorter travel of the
+            input.
         """
         arcs = float(self.circuit.arcs)
         travels = []

@@ -61,7 +61,8 @@ def watt2_poses(beta, alpha, gamma, eta, phi):
     return [dict.fromkeys(names, 0.0)] + [dict(zip(names, map(float, row))) for row in rows]
 
 
-#: Poses of Table 4 of Suárez-Velásquez et al., Synthesis of a novel planar linkage to visit up to eight poses, 2018.
+#: Poses of Table 4 of Suárez-Velásquez et al., Synthesis of a novel planar linkage to visit up to eight
+#: poses, 2018.
 TABLE_4 = [
     (0.00, 0.00, 90.00), (0.45, 0.24, 77.36), (1.32, 0.42, 55.03), (2.29, 0.17, 30.20),
     (2.88, -0.43, 10.03), (2.95, -0.97, 1.71), (2.60, -1.26, 10.03), (1.93, -1.57, 30.20),
@@ -69,13 +70,49 @@ TABLE_4 = [
 
 #: Tables 5, 6 and 7 of the same paper; the last entry is how many poses of Table 4 are meant.
 WANZER = {
-    5: dict(B=1.9791 + 0.2393j, C=-0.6422j, Q=1.3258 - 1.8860j, M=-0.6476 + 0.6j, N=-2.3886 - 3.25j,
-            e=0.6259, f=2.4334, g=1.8, MR=1.0570, NS=2.2288, theta0=0.0, poses=6),
-    6: dict(B=1.7931 - 0.0273j, C=1.2916 - 1.0358j, Q=1.5249 - 1.5556j, M=0.3259 + 2.0997j, N=-1.3909 - 1.75j,
-            e=2.3850, f=1.1688, g=1.8, MR=1.1179, NS=1.8230, theta0=0.0, poses=7),
-    7: dict(B=-1.0555 - 3.1004j, C=3.6548 - 0.7435j, Q=3.5231 - 3.3015j, M=2.4618 + 2.6287j, N=6.3114 - 6.8307j,
-            e=2.8766, f=0.2351, g=2.2857, MR=2.1484, NS=10.5636, theta0=-2.8999, poses=8),
-}  # fmt: skip
+    5: {
+        "B": 1.9791 + 0.2393j,
+        "C": -0.6422j,
+        "Q": 1.3258 - 1.8860j,
+        "M": -0.6476 + 0.6j,
+        "N": -2.3886 - 3.25j,
+        "e": 0.6259,
+        "f": 2.4334,
+        "g": 1.8,
+        "MR": 1.0570,
+        "NS": 2.2288,
+        "theta0": 0.0,
+        "poses": 6,
+    },
+    6: {
+        "B": 1.7931 - 0.0273j,
+        "C": 1.2916 - 1.0358j,
+        "Q": 1.5249 - 1.5556j,
+        "M": 0.3259 + 2.0997j,
+        "N": -1.3909 - 1.75j,
+        "e": 2.3850,
+        "f": 1.1688,
+        "g": 1.8,
+        "MR": 1.1179,
+        "NS": 1.8230,
+        "theta0": 0.0,
+        "poses": 7,
+    },
+    7: {
+        "B": -1.0555 - 3.1004j,
+        "C": 3.6548 - 0.7435j,
+        "Q": 3.5231 - 3.3015j,
+        "M": 2.4618 + 2.6287j,
+        "N": 6.3114 - 6.8307j,
+        "e": 2.8766,
+        "f": 0.2351,
+        "g": 2.2857,
+        "MR": 2.1484,
+        "NS": 10.5636,
+        "theta0": -2.8999,
+        "poses": 8,
+    },
+}
 
 
 def wanzer(table):
@@ -101,7 +138,17 @@ def wanzer(table):
         rows.append((phi, theta, eta, cmath.phase(r - d["M"]), cmath.phase(s - d["N"]), r, s))
     r0, s0 = rows[0][5], rows[0][6]
     linkage = Linkage(
-        points={"P": 0, "A": a0, "B": d["B"], "C": d["C"], "Q": d["Q"], "M": d["M"], "N": d["N"], "R": r0, "S": s0},
+        points={
+            "P": 0,
+            "A": a0,
+            "B": d["B"],
+            "C": d["C"],
+            "Q": d["Q"],
+            "M": d["M"],
+            "N": d["N"],
+            "R": r0,
+            "S": s0,
+        },
         links={
             "ground": ("M", "N", "Q"),
             "crank": ("M", "R"),
@@ -142,3 +189,29 @@ def _coupler_angle(a, d):
         right.append(length**2 - abs(z) ** 2 - abs(w) ** 2)
     cosine, sine = np.linalg.solve(rows, right)
     return math.atan2(sine, cosine)
+
+
+def robomech():
+    """A RoboMech class manipulator with two end-effectors C and F, standing at φ7 = 90°.
+
+    The structure is that of the paper in IAENG Int. J. of Applied Mathematics 50(2), 2020; the dimensions
+    are chosen so that the joints of this configuration have short coordinates.
+    """
+
+    def arm(origin, length, degrees):
+        return origin + length * cmath.exp(1j * math.radians(degrees))
+
+    b, e = arm(0, 2, 115), arm(6, 2.1, 62)
+    return Linkage(
+        points={
+            "A": 0, "D": 6, "K": 3 - 0.5j, "B": b, "E": e, "C": arm(b, 2.6, 35), "F": arm(e, 2.5, 140),
+            "G": 1.4 + 1.9j, "I": 4.7 + 1.9j, "H": 3 + 0.5j, "L": -1 + 0.7j, "M": 1.5 + 0.6j,
+            "Q": 7 + 0.8j, "N": 4.4 + 0.6j,
+        },
+        links={
+            "ground": "ADK", "1": "ABL", "2": "BCG", "3": "DEQ", "4": "EFI",
+            "5": "GHM", "6": "IHN", "7": "KH", "8": "LM", "9": "NQ",
+        },
+        bodies={"C": ("2", "C"), "F": ("4", "F")},
+        inputs={"7": Input("7")},
+    )  # fmt: skip

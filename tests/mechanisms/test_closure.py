@@ -1,4 +1,5 @@
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -37,7 +38,9 @@ def geared_five_bar():
 
 
 def watt2():
-    return two_effector_watt2(-35 + 12.9j, 6 + 1.3j, -3.2 + 12.3j, -5.8 + 1.9j, -30 + 5j, -7.9 + 10.2j, -5 + 10j, -3.7 + 2.8j)
+    return two_effector_watt2(
+        -35 + 12.9j, 6 + 1.3j, -3.2 + 12.3j, -5.8 + 1.9j, -30 + 5j, -7.9 + 10.2j, -5 + 10j, -3.7 + 2.8j
+    )
 
 
 LINKAGES = {
@@ -82,7 +85,7 @@ def test_along_the_whole_circuit_links_stay_rigid_and_gears_mesh(name):
     turned = closure.link_rotations(circuit.x)
     for link, members in linkage.links.items():
         angle = turned.get(link, np.zeros(len(circuit.x)))
-        for a, b in zip(members, members[1:]):
+        for a, b in pairwise(members):
             expected = np.exp(1j * angle) * (linkage.points[b] - linkage.points[a])
             assert np.allclose(points[b] - points[a], expected, atol=1e-12 * closure.scale)
     for gear in linkage.gears:
@@ -94,7 +97,9 @@ def test_a_slider_keeps_to_its_line_and_a_pin_to_its_slot():
     closure = Closure.of(slider_crank())
     c = closure.points_at(trace(closure).x)["C"]
     assert np.allclose(c.imag, 0, atol=1e-12)
-    assert np.isclose(c.real.max() - c.real.min(), 2, atol=0.02)  # the stroke of a central slider-crank is two cranks
+    assert np.isclose(
+        c.real.max() - c.real.min(), 2, atol=0.02
+    )  # the stroke of a central slider-crank is two cranks
     linkage = inverted_slider_crank()
     closure = Closure.of(linkage)
     x = trace(closure).x

@@ -64,7 +64,9 @@ def test_the_angle_is_zero_exactly_where_the_input_stands_still():
             cuts = circuit.turning_places(gradient)
             angle = Transmission(linkage, driven).angle
             assert np.all(angle(circuit.at(cuts)[0]) < 1e-6)
-            away = np.setdiff1d(np.arange(circuit.arcs), np.r_[np.floor(cuts), np.floor(cuts) + 1, np.floor(cuts) - 1])
+            away = np.setdiff1d(
+                np.arange(circuit.arcs), np.r_[np.floor(cuts), np.floor(cuts) + 1, np.floor(cuts) - 1]
+            )
             assert np.all(angle(circuit.x[away.astype(int)]) > 1e-6)
 
 
