@@ -1,0 +1,88 @@
+"""Binomial systems: all their solutions, by number, with exact integers.
+
+A mixed cell gives a system c_a x^a + c_b x^b = 0, one binomial for each equation. With coefficients of
+modulus one its solutions lie on the unit torus, x_j = exp(2πi φ_j), and the angles (in turns) solve M φ = β
+modulo the integers, where the rows of M are the exponents b - a. So φ = M⁻¹(β + k), and k runs over the
+integer vectors modulo the lattice M Zⁿ. The Hermite normal form gives |det M| representatives; M⁻¹k modulo
+one is a quotient of integers. No power is ever formed, so large exponents do no harm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class BinomialSolutions:
+    """The solutions of x^M = exp(2πi β).
+
+    Attributes
+    ----------
+    count : int
+        |det M|.
+    adjugate : ndarray, shape (n, n), object
+        ``count`` times the inverse of M, Python integers.
+    radices : tuple of int
+        Diagonal of the Hermite form: the digits of a solution's number.
+    base : ndarray, shape (n,)
+        M⁻¹ β in turns.
+    """
+
+    count: int
+    adjugate: np.ndarray
+    radices: tuple[int, ...]
+    base: np.ndarray
+
+    def points(self, indices: np.ndarray) -> np.ndarray:
+        """Solutions by number, shape (len(indices), n)."""
+        n = len(self.base)
+        small = self.count < 2**31 and max(map(abs, self.adjugate.ravel().tolist()), default=0) < 2**31
+        dtype = np.int64 if small else object
+        rest = np.array([int(k) for k in indices], dtype=dtype)
+        adjugate = self.adjugate.astype(dtype)
+        turns = np.zeros((len(rest), n), dtype=dtype)
+        for j, radix in enumerate(self.radices):
+            if radix > 1:
+                digit = rest % radix
+                rest = rest // radix
+                turns = (turns + digit[:, None] * (adjugate[:, j] % self.count)[None, :]) % self.count
+        angles = self.base + turns.astype(np.float64) / float(self.count)
+        return np.exp(2j * np.pi * angles)
+
+
+def binomial_solutions(exponents: np.ndarray, angles: np.ndarray) -> BinomialSolutions:
+    """The solutions of the system ∏_j x_j^{M_ij} = exp(2πi β_i).
+
+    Parameters
+    ----------
+    exponents : ndarray of int, shape (n, n)
+        The matrix M, not singular.
+    angles : ndarray, shape (n,)
+        The angles β of the right-hand sides, in turns.
+
+    Raises
+    ------
+    ZeroDivisionError
+        M is singular.
+
+    Examples
+    --------
+    >>> binomial_solutions(np.array([[2]]), np.array([0.5])).points(np.arange(2)).round(12).tolist()
+    [[1j], [(-0-1j)]]
+    """
+    import flint
+
+    n = len(exponents)
+    matrix = flint.fmpz_mat(n, n, [int(v) for v in exponents.ravel()])
+    determinant = int(matrix.det())
+    if determinant == 0:
+        raise ZeroDivisionError("the exponents of the binomial system are dependent")
+    count = abs(determinant)
+    inverse = matrix.inv().tolist()
+    adjugate = np.array([[int(v.p) * (count // int(v.q)) for v in row] for row in inverse], object).reshape(n, n)
+    hermite = matrix.transpose().hnf()
+    radices = tuple(abs(int(hermite[i, i])) for i in range(n))
+    base = adjugate.astype(np.float64) @ angles / count
+    return BinomialSolutions(count, adjugate, radices, base)

@@ -1,0 +1,283 @@
+"""Polyhedral start systems: as many paths as the mixed volume, never more.
+
+The supports of the equations, each with the constant added (Li and Wang, SIAM Journal on Mathematical Analysis 27,
+1996: then solutions with zero coordinates are counted as well), get random coefficients c of modulus one. This
+generic system is solved first: for each mixed cell its parameters move on the toric path c·exp(-r·w), where w
+are the heights of the points above the cell, from r so large that only the binomials of the cell are left, to 0
+(Huber and Sturmfels, Mathematics of Computation 64, 1995). Its solutions, as many as the mixed volume and all
+distinct, are the start points of a straight line from the coefficients c to those of the target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from solvers.binomial import binomial_solutions
+from solvers.homotopy import Homotopy
+from solvers.mixed_cells import MixedCells, mixed_cells
+from solvers.supports import terms
+from solvers.system import System
+from solvers.tape import Builder, Program
+
+if TYPE_CHECKING:
+    from solvers.kernel.engine import Engine
+
+#: exp(-INVISIBLE): what is left of the largest term outside the binomials where a toric path begins. Newton's
+#: method takes the solution of the binomials to the path from there.
+INVISIBLE = 7.0
+#: Up to so many start points are kept in memory (and checked to be distinct); beyond, they are tracked on demand.
+KEPT = 1_000_000
+#: Two start points nearer than this, relative, are the same: one of their paths has jumped.
+SAME_POINT = 1e-8
+#: Rungs of tighter steps for toric paths that fail or clash.
+RUNGS = 4
+
+
+class PolyhedralError(ArithmeticError):
+    """Toric paths failed on every rung of the ladder."""
+
+
+@dataclass(eq=False)
+class ToricPoints:
+    """The solutions of a generic system with given supports, by number.
+
+    Attributes
+    ----------
+    cells : MixedCells
+    coefficients : ndarray, shape (terms,)
+        Of all equations, one after another.
+    heights : ndarray, shape (cells, terms)
+        How fast each coefficient vanishes on the toric paths of a cell.
+    engine : Engine
+        Tracks the generic system; its parameters are the coefficients.
+    """
+
+    cells: MixedCells
+    coefficients: np.ndarray
+    heights: np.ndarray
+    engine: Engine
+    _first: np.ndarray = field(repr=False)  # number of the first solution of each cell
+    _kept: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def count(self) -> int:
+        """The mixed volume."""
+        return self.cells.mixed_volume
+
+    def points(self, indices: np.ndarray) -> np.ndarray:
+        """Solutions of the generic system by number, shape (len(indices), unknowns).
+
+        Raises PolyhedralError if a toric path cannot be tracked.
+        """
+        wanted = np.asarray(indices, np.int64)
+        if self.count > KEPT:
+            return self._solve(wanted)
+        if self._kept is None:
+            self._kept = self._solve(np.arange(self.count))
+        return self._kept[wanted]
+
+    def binomial_points(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where toric paths begin, and their heights: shapes (paths, unknowns) and (paths, terms)."""
+        wanted = np.asarray(indices, np.int64)
+        cell_of = np.searchsorted(self._first, wanted, side="right") - 1
+        points = np.empty((len(wanted), len(self.cells.supports)), np.complex128)
+        for cell in np.unique(cell_of):
+            here = cell_of == cell
+            exponents, angles = self._binomials(int(cell))
+            solutions = binomial_solutions(exponents, angles)
+            points[here] = solutions.points(wanted[here] - self._first[cell])
+        return points, self.heights[cell_of]
+
+    def _binomials(self, cell: int) -> tuple[np.ndarray, np.ndarray]:
+        """x^(b - a) = -c_a / c_b, as exponents and angles in turns."""
+        exponents, angles, at = [], [], 0
+        for support, (a, b) in zip(self.cells.supports, self.cells.edges[cell]):
+            exponents.append(support[b] - support[a])
+            ratio = -self.coefficients[at + a] / self.coefficients[at + b]
+            angles.append(np.angle(ratio) / (2 * np.pi))
+            at += len(support)
+        return np.array(exponents), np.array(angles)
+
+    def _solve(self, indices: np.ndarray) -> np.ndarray:
+        """Track toric paths; failed and clashing ones climb a ladder of tighter steps."""
+        from solvers.kernel.reference import REACHED, Settings
+        from solvers.ledger import pairs_of_equals
+
+        ends = np.full((len(indices), len(self.cells.supports)), np.nan, np.complex128)
+        doubtful = np.arange(len(indices))
+        settings = Settings()
+        for rung in range(RUNGS):
+            starts, heights = self.binomial_points(indices[doubtful])
+            tracked = self.engine.track(
+                starts,
+                self.coefficients,
+                -heights,
+                start=INVISIBLE + 2.0 * rung,
+                end=0.0,
+                settings=settings,
+                kind="toric",
+                pivoted=True,  # the binomials of each cell ask for an order of elimination of their own
+            )
+            arrived = tracked.status == REACHED
+            ends[doubtful] = np.where(arrived[:, None], tracked.x, np.nan)
+            failed = np.flatnonzero(np.isnan(ends[:, 0]))
+            whole = np.flatnonzero(~np.isnan(ends[:, 0]))
+            doubtful = np.union1d(failed, whole[pairs_of_equals(ends[whole], SAME_POINT).ravel()])
+            if not len(doubtful):
+                return ends
+            settings = settings.tighter()
+        raise PolyhedralError(
+            f"{len(doubtful)} of {len(indices)} toric paths failed; use another seed, or a total-degree start"
+        )
+
+
+def heights_above(cells: MixedCells) -> np.ndarray:
+    """Heights of all points above each cell, the lowest one outside the edges being 1, shape (cells, terms).
+
+    The height of γ in support i is w(γ) + ⟨γ, η⟩ less its value on the edge, and zero on the edge. The mixed cells
+    are exact; for the speed of a path a rounded height is as good.
+    """
+    n = len(cells.supports)
+    first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
+    steps = np.empty((len(cells), n, n))
+    rise = np.empty((len(cells), n, 1))
+    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
+        steps[:, i] = support[last[:, i]] - support[first[:, i]]
+        rise[:, i, 0] = lifting[last[:, i]] - lifting[first[:, i]]
+    normals = -np.linalg.solve(steps, rise)[:, :, 0]
+    rows = []
+    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
+        level = lifting + normals @ support.T
+        here = np.arange(len(cells))
+        height = level - level[here, first[:, i]][:, None]
+        height[here, first[:, i]] = height[here, last[:, i]] = np.inf
+        rows.append(height)
+    heights = np.concatenate(rows, axis=1)
+    heights = heights / heights.min(axis=1, initial=np.inf)[:, None]
+    return np.where(np.isfinite(heights), heights, 0.0)
+
+
+def coefficient_program(supports: Sequence[np.ndarray]) -> Program:
+    """The program of a system whose parameters are all its coefficients, equation after equation.
+
+    Monomials are built by multiplying one unknown at a time, so that equations share what they have in common.
+    """
+    n = len(supports)
+    builder = Builder(n, sum(map(len, supports)))
+    nodes, at = [], 0
+    for support in supports:
+        total = builder.zero
+        for exponents in support.tolist():
+            monomial = builder.one
+            for k, power in enumerate(exponents):
+                if power:
+                    monomial = builder.multiply(monomial, builder.power(builder.unknown(k), power))
+            total = builder.add(total, builder.multiply(builder.parameter(at), monomial))
+            at += 1
+        nodes.append(total)
+    return builder.finish({"F": nodes})
+
+
+def toric_points(supports: Sequence[np.ndarray], seed: int = 0) -> ToricPoints:
+    """The solutions of the generic system with these supports.
+
+    Parameters
+    ----------
+    supports : sequence of n integer arrays, each of shape (points, n)
+        Sorted and without repetitions, as :class:`solvers.mixed_cells.MixedCells` holds them.
+
+    Examples
+    --------
+    >>> square = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+    >>> toric_points([square, square]).points(np.arange(2)).shape
+    (2, 2)
+    """
+    from solvers.kernel.engine import make_engine
+
+    cells = mixed_cells(supports, seed)
+    rng = np.random.default_rng([seed, 1995])
+    coefficients = np.exp(2j * np.pi * rng.random(sum(map(len, supports))))
+    program = coefficient_program(cells.supports)
+    builder = Builder(program.unknowns, program.parameters)
+    unknowns = [builder.unknown(k) for k in range(program.unknowns)]
+    parameters = [builder.parameter(k) for k in range(program.parameters)]
+    equations = program.embed(builder, unknowns, parameters)
+    samples = np.exp(2j * np.pi * rng.random((4, program.unknowns)))
+    engine = make_engine(builder, equations, (samples, coefficients))
+    first = np.concatenate([[0], np.cumsum(cells.volumes)[:-1]]).astype(np.int64) if len(cells) else np.zeros(0)
+    return ToricPoints(cells, coefficients, heights_above(cells), engine, first)
+
+
+def polyhedral(
+    system: System,
+    values: np.ndarray,
+    seed: int = 0,
+    unknown_scale: np.ndarray | None = None,
+    equation_scale: np.ndarray | None = None,
+    zeros: bool = True,
+) -> Homotopy:
+    """The homotopy from a generic system with the same supports to a square system at given parameter values.
+
+    Parameters
+    ----------
+    system : System
+    values : ndarray, shape (parameters,)
+    seed : int
+    unknown_scale, equation_scale : ndarray, shape (n,), optional
+        Typical sizes of the unknowns, and factors that bring the equations to size one.
+    zeros : bool
+        Whether solutions with a zero coordinate are wanted; without them there may be fewer paths.
+
+    Raises
+    ------
+    TooManyTerms
+        The equations are too large to be multiplied out.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> polyhedral(System([x**2 * y**2 + x * y - 3, x**2 + y - 1], [x, y]), np.zeros(0))
+    Homotopy(polyhedral, 6 paths, 2 unknowns)
+    """
+    supports, targets = scaled_terms(system, values, unknown_scale, equation_scale, zeros)
+    starts = toric_points(supports, seed)
+    return Homotopy(
+        program=coefficient_program(supports),
+        start=starts.coefficients,
+        target=targets,
+        starts=starts,
+        unknown_scale=unknown_scale,
+        name="polyhedral",
+        seed=seed,
+    )
+
+
+def scaled_terms(
+    system: System,
+    values: np.ndarray,
+    unknown_scale: np.ndarray | None = None,
+    equation_scale: np.ndarray | None = None,
+    zeros: bool = True,
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """Sorted supports (with the constant, if `zeros`) and the scaled coefficients, all in one row."""
+    expanded = terms(system, values)
+    supports, rows = [], []
+    for i, (support, row) in enumerate(zip(expanded.supports, expanded.coefficients)):
+        table: dict[tuple[int, ...], Any] = dict(zip(map(tuple, support.tolist()), row.tolist()))
+        if zeros:
+            table.setdefault((0,) * len(system.unknowns), 0.0)
+        keys = sorted(table)
+        exponents = np.array(keys, np.int64).reshape(len(keys), len(system.unknowns))
+        coefficients = np.array([table[key] for key in keys], np.complex128)
+        if unknown_scale is not None:
+            coefficients = coefficients * np.prod(np.asarray(unknown_scale) ** exponents, axis=1)
+        if equation_scale is not None:
+            coefficients = coefficients * equation_scale[i]
+        supports.append(exponents)
+        rows.append(coefficients)
+    return supports, np.concatenate(rows)
