@@ -116,7 +116,7 @@ class Run:
         values = np.repeat(self.constants.ravel(), width)
         work[self.first * width : self.first * width + len(values)] = values
         result = Tracked(
-            x=np.array(x, np.complex128),
+            x=np.array(x, np.complex128, order="C"),
             r=np.full(count, float(start)),
             tangent=np.zeros((count, n), np.complex128),
             status=np.zeros(count, np.int8),
