@@ -13,6 +13,7 @@ Nothing is decided on one radius: two in a row must agree on m and on the limit.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -267,7 +268,7 @@ class _Walk:
         corners = radius * np.exp(2j * np.pi * np.arange(CORNERS + 1) / CORNERS)
         corners[-1] = corners[0]
         for turn in range(1, LARGEST_WINDING + 1):
-            for a, b in zip(corners[:-1], corners[1:]):
+            for a, b in itertools.pairwise(corners):
                 done = self.engine.track(
                     x,
                     self.target + b * self.direction,
@@ -343,9 +344,10 @@ def relative_weights(x: np.ndarray) -> np.ndarray:
 def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """Sizes of the terms of each equation before they cancel, shape (n, equations).
 
-    An unknown that vanishes counts with its relative weight, so that no size is zero by accident. The program is replayed on absolute values with every difference made a sum. The rounding error of an
-    equation is a small multiple of the rounding unit times this; unlike the largest entry of its gradient it
-    does not vanish at a singular root.
+    An unknown that vanishes counts with its relative weight, so that no size is zero by accident. The program is
+    replayed on absolute values with every difference made a sum. The rounding error of an equation is a small
+    multiple of the rounding unit times this; unlike the largest entry of its gradient it does not vanish at a
+    singular root.
     """
     point, values = list(relative_weights(x).T), list(np.abs(parameters))
     slots = [*point, *values, *[0.0] * len(values), *np.abs(program.constant_values)]

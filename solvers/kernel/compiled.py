@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from solvers.kernel.layout import layout, workspace
-from solvers.kernel.reference import Settings, Tracked, radius
+from solvers.kernel.reference import KINDS, Settings, Tracked, radius
 from solvers.tape import Program
 
 _STATE: dict[str, Any] = {}
@@ -106,7 +106,8 @@ class Run:
         end: float,
         stop: float | None,
         settings: Settings,
-        toric: bool,
+        kind: str,
+        bend: complex = 1.0,
     ) -> Tracked:
         """As :func:`solvers.kernel.reference.track`; releases the interpreter lock."""
         from solvers.kernel import stepping, tracker
@@ -144,7 +145,7 @@ class Run:
         )
         tracker.track_queue(
             self.lanes, width, work, self.at, n, m, self.mode, self.address, self.code, self.outputs,
-            self.pattern, self.matrix, toric, control, _pairs(x), _pairs(np.atleast_2d(base)),
+            self.pattern, self.matrix, KINDS.index(kind), (float(bend.real), float(bend.imag)), control, _pairs(x), _pairs(np.atleast_2d(base)),
             _pairs(np.atleast_2d(direction)), result.x.view(np.float64), result.r,
             result.tangent.view(np.float64), result.status, result.ticks, result.steps, result.quality,
         )  # fmt: skip

@@ -123,7 +123,7 @@ def interpret_double_double(lanes, work, code):
 
 
 @njit
-def tick_double_double(lanes, work, at, n, m, code, outputs, extra, toric):
+def tick_double_double(lanes, work, at, n, m, code, outputs, extra, kind):
     """One tick in double-double on the state that the tracker keeps in double precision.
 
     From row `extra` on lie: 2n rows of the point of the last tick, 2n rows of its trailing parts, then the
@@ -146,7 +146,7 @@ def tick_double_double(lanes, work, at, n, m, code, outputs, extra, toric):
         row = inputs + 4 * (n + k // 2) + k % 2
         p = load(lanes, work, at.p + k)
         rest = zero
-        if not toric:
+        if kind == 0:  # a line: the product is known exactly
             step, base = load(lanes, work, at.direction + k), load(lanes, work, at.base + k)
             product = r * step
             p, rest = _add(base, zero, product, product_error(r, step, product))

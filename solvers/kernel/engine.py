@@ -151,6 +151,7 @@ class Engine:
         pivoted: bool = False,
         kind: str = "line",
         arithmetic: str = "double",
+        bend: complex = 1.0,
     ) -> Tracked:
         """Track paths from r = start down to r = end; see :func:`solvers.kernel.reference.track`.
 
@@ -165,8 +166,9 @@ class Engine:
             Pause a path when it has come so far, unless its next step reaches `end` at once.
         pivoted : bool
             Solve with partial pivoting at each tick, as reruns do, instead of the fixed order of elimination.
-        kind : {"line", "toric"}
-            Parameters base + r·direction, or base·exp(r·direction) with real direction.
+        kind : {"line", "toric", "arc"}
+            Parameters base + r·direction, or base·exp(r·direction) with real direction, or the line taken on a
+            circular arc of the complex plane of r that `bend` chooses.
         arithmetic : {"double", "double-double"}
             Numbers of sixteen digits, or of thirty-two at some twenty times the cost. Step control and results
             are double in either case; a result is then correct to the last bits of a double.
@@ -177,8 +179,8 @@ class Engine:
         """
         x = np.atleast_2d(np.asarray(x, np.complex128))
         base, direction = np.asarray(base, np.complex128), np.asarray(direction, np.complex128)
-        if kind not in ("line", "toric"):
-            raise ValueError(f"a path of the kind {kind!r}; it is a line or toric")
+        if kind not in reference.KINDS:
+            raise ValueError(f"the kind of path {kind!r} is unknown; it is one of {', '.join(reference.KINDS)}")
         if kind == "toric" and np.any(direction.imag):
             raise ValueError("the exponents of a toric path must be real")
         if arithmetic not in ("double", "double-double"):
@@ -186,9 +188,9 @@ class Engine:
         settings = settings or Settings()
         self.used = self._choose(len(x), pivoted) if arithmetic == "double" else arithmetic
         if self.used == "reference":
-            arguments: dict[str, Any] = {"start": start, "end": end, "stop": stop}
+            arguments: dict[str, Any] = {"start": start, "end": end, "stop": stop, "bend": bend}
             return reference.track(self.program, x, base, direction, settings=settings, kind=kind, **arguments)
-        result = self._run(self.used).track(x, base, direction, start, end, stop, settings, kind == "toric")
+        result = self._run(self.used).track(x, base, direction, start, end, stop, settings, kind, complex(bend))
         self._path_ticks += int(result.ticks.sum())
         return result
 

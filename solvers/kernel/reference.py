@@ -103,8 +103,10 @@ class Tracked:
 
 #: Newton steps below this are rounding noise for the curvature estimate; measuring it there lets it run away.
 NOISE = 1e-6
-#: A correction this small is never rejected, whatever its ratio to the one before.
-ALWAYS_GOOD = 1e-8
+#: Newton steps that stop shrinking below this have met the rounding error of an ill-conditioned point. They are
+#: good enough to go on from, where the next step would still be small by the curvature ω·step. Rejecting
+#: them would shorten the step again and again, to no avail.
+ALWAYS_GOOD, HARMLESS = 1e-4, 0.01
 #: A correction ends before its last step is seen only if the step before was below this, so that the tangent,
 #: which is a Newton step older than the point, is good enough for the next prediction.
 SMALL = 1e-3
@@ -117,6 +119,8 @@ SHRINKING = 0.25
 #: On a toric path a step covers at most this part of r, until r falls below this part of 1 / largest exponent.
 #: A parameter c·exp(-w·r) stays invisible until r is a few times 1/w; a step over all of that would not see it.
 TORIC_PART = 0.5
+#: How the parameters can move.
+KINDS = ("line", "toric", "arc")
 #: A start point that Newton's method has not confirmed after so many ticks is none.
 START_TICKS = 8
 
@@ -137,6 +141,7 @@ def track(
     stop: float | None = None,
     settings: Settings | None = None,
     kind: str = "line",
+    bend: complex = 1.0,
 ) -> Tracked:
     """Track paths from r = start down to r = end.
 
@@ -149,15 +154,17 @@ def track(
     base, direction : ndarray, shape (parameters,) or (paths, parameters)
     stop : float, optional
         Pause a path when it has come so far, unless its next step reaches `end` at once.
-    kind : {"line", "toric"}
-        p(r) = base + r·direction, or p(r) = base·exp(r·direction) with a real direction.
+    kind : {"line", "toric", "arc"}
+        p(r) = base + r·direction, or base·exp(r·direction) with a real direction, or base + s(r)·direction with
+        s(r) = r / (r + bend·(1 - r)): a circular arc from 1 to 0 in the plane of s. Every complex `bend` gives
+        another way between the same two parameters, which is what monodromy needs.
 
     Returns
     -------
     Tracked
     """
     settings = settings or Settings()
-    lanes = _Lanes(program, x, base, direction, start, end, stop, settings, kind)
+    lanes = _Lanes(program, x, base, direction, start, end, stop, settings, kind, bend)
     while lanes.active.size:
         lanes.tick()
     return lanes.result
@@ -166,8 +173,9 @@ def track(
 class _Lanes:
     """The state of all lanes: columns of arrays."""
 
-    def __init__(self, program, x, base, direction, start, end, stop, settings, kind) -> None:
+    def __init__(self, program, x, base, direction, start, end, stop, settings, kind, bend) -> None:
         self.program, self.settings, self.toric = program, settings, kind == "toric"
+        self.bend = complex(bend) if kind == "arc" else None
         self.length = float(start) - float(end)
         self.end, self.stop = float(end), float(end if stop is None else stop)
         count, size = x.shape
@@ -219,6 +227,10 @@ class _Lanes:
             if self.toric:
                 parameters = self.base * np.exp(self.r * self.direction.real)
                 velocity = parameters * self.direction.real
+            elif self.bend is not None:
+                d = self.r + self.bend * (1 - self.r)
+                parameters = self.base + self.r / d * self.direction
+                velocity = self.bend / d**2 * self.direction
             else:
                 parameters, velocity = self.base + self.r * self.direction, self.direction
             out = self.program.replay(list(self.x), list(parameters), list(velocity))
@@ -251,13 +263,14 @@ class _Lanes:
             finite = np.isfinite(step)
             fresh = (self.iteration == 1) & (self.first > NOISE) & finite
             self.omega = np.where(fresh, np.maximum(2 * step / self.first**2, 0.1), self.omega)
-            bad = ~finite
-            bad |= (self.iteration > 0) & (ratio > s.contraction) & (step > ALWAYS_GOOD)
+            stagnant = (self.iteration > 0) & (ratio > s.contraction)
+            harmless = (step < ALWAYS_GOOD) & (self.omega * step < HARMLESS)
+            bad = ~finite | (stagnant & ~harmless)
             # Newton-Kantorovich: the first step alone tells that the majorant has no root.
             bad |= (self.iteration == 0) & (self.omega * step > 8 * radius(s.contraction)) & (self.steps > 0)
             # The size of the next step is foretold as ω/2·step²: it need not be computed to be known small.
             settled = (self.iteration > 0) & (step < SMALL) & (self.omega * step**2 < 2 * s.tolerance)
-            good = ~bad & ((step < s.tolerance) | settled)
+            good = ~bad & ((step < s.tolerance) | settled | (stagnant & harmless))
             bad |= ~good & (self.iteration >= CORRECTIONS)
             polishing = self.polishing > 0
             good, bad = good & ~polishing, bad & ~polishing

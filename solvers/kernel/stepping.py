@@ -42,6 +42,7 @@ from solvers.kernel.reference import (
     ALWAYS_GOOD,
     CORRECTIONS,
     EXACT,
+    HARMLESS,
     NOISE,
     SHRINKING,
     SMALL,
@@ -109,12 +110,13 @@ def decide(lanes, work, at, n, control):
 
     fresh = corrected & (iteration <= one) & (first > splat(lanes, NOISE)) & finite
     omega = select(fresh, maximum((step + step) / (first * first), floor_of_omega), omega)
-    bad = outside(finite)
-    bad = bad | (corrected & (step > contraction * last) & (step > splat(lanes, ALWAYS_GOOD)))
+    stagnant = corrected & (step > contraction * last)
+    harmless = (step < splat(lanes, ALWAYS_GOOD)) & (omega * step < splat(lanes, HARMLESS))
+    bad = outside(finite) | (stagnant & outside(harmless))
     bad = bad | (outside(corrected) & under_way & (omega * step > splat(lanes, 8.0 * control.radius)))
     tolerance = splat(lanes, control.tolerance)
     settled = corrected & (step < splat(lanes, SMALL)) & (omega * step * step < tolerance + tolerance)
-    good = ((step < tolerance) | settled) & outside(bad)
+    good = ((step < tolerance) | settled | (stagnant & harmless)) & outside(bad)
     bad = bad | (outside(good) & (iteration >= splat(lanes, float(CORRECTIONS))))
     good = good & moving
     bad = bad & moving

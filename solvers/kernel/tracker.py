@@ -11,7 +11,7 @@ from numba import njit
 
 from solvers.kernel.double_lanes import tick_double_double
 from solvers.kernel.interpreter import copy_outputs, interpret, solve_pivoted
-from solvers.kernel.lanes import call_tick, floor, fma, load, maximum, minimum, splat, store, two_to_the
+from solvers.kernel.lanes import call_tick, floor, fma, load, maximum, minimum, negative, splat, store, two_to_the
 from solvers.kernel.layout import ALIVE, LAST, NEAR, OMEGA, QUALITY, R_ACCEPTED, SCALARS, STEPS, TICKS, R
 from solvers.kernel.reference import DIVERGED, EXHAUSTED, PAUSED, REACHED, STALLED, TORIC_PART
 from solvers.kernel.stepping import decide
@@ -19,10 +19,12 @@ from solvers.kernel.stepping import decide
 #: How a tick is run: machine code, interpreted program, interpreted F, J, Ft with pivoting in the lanes,
 #: program interpreted in double-double.
 COMPILED, INTERPRETED, PIVOTED, DOUBLE_DOUBLE = range(4)
+#: How the parameters move, in the order of reference.KINDS.
+LINE, TORIC, ARC = range(3)
 
 
 @njit(nogil=True, cache=True)
-def track_queue(lanes, width, work, at, n, m, mode, address, code, outputs, pattern, matrix, toric,
+def track_queue(lanes, width, work, at, n, m, mode, address, code, outputs, pattern, matrix, kind, bend,
                 control, x0, base, direction, x, r, tangent, status, ticks, steps, quality):  # fmt: skip
     """Track all paths of the queue x0; results go to the last seven arrays, row by row.
 
@@ -34,18 +36,18 @@ def track_queue(lanes, width, work, at, n, m, mode, address, code, outputs, patt
     live = 0
     for lane in range(width):
         if following < paths:
-            _fill(width, work, at, n, m, lane, following, toric, control, x0, base, direction)
+            _fill(width, work, at, n, m, lane, following, kind, control, x0, base, direction)
             following += 1
             live += 1
         else:
-            _fill(width, work, at, n, m, lane, 0, toric, control, x0, base, direction)
+            _fill(width, work, at, n, m, lane, 0, kind, control, x0, base, direction)
             work[(at.lane + ALIVE) * width + lane] = -1.0
     while live > 0:
-        _move_parameters(lanes, work, at, m, toric)
+        _move_parameters(lanes, work, at, m, kind, bend)
         if mode == COMPILED:
             call_tick(address, work)
         elif mode == DOUBLE_DOUBLE:
-            tick_double_double(lanes, work, at, n, m, code, outputs, matrix, toric)
+            tick_double_double(lanes, work, at, n, m, code, outputs, matrix, kind)
         else:
             interpret(lanes, work, code)
             if mode == INTERPRETED:
@@ -77,7 +79,7 @@ def track_queue(lanes, width, work, at, n, m, mode, address, code, outputs, patt
             else:
                 status[path] = EXHAUSTED
             if following < paths:
-                _fill(width, work, at, n, m, lane, following, toric, control, x0, base, direction)
+                _fill(width, work, at, n, m, lane, following, kind, control, x0, base, direction)
                 following += 1
             else:
                 work[(at.lane + ALIVE) * width + lane] = -1.0
@@ -85,7 +87,7 @@ def track_queue(lanes, width, work, at, n, m, mode, address, code, outputs, patt
 
 
 @njit
-def _fill(width, work, at, n, m, lane, path, toric, control, x0, base, direction):
+def _fill(width, work, at, n, m, lane, path, kind, control, x0, base, direction):
     """Put a path into a lane."""
     largest = 0.0
     for k in range(n):
@@ -109,7 +111,7 @@ def _fill(width, work, at, n, m, lane, path, toric, control, x0, base, direction
     for k in range(2 * m):
         fastest = max(fastest, abs(direction[row, k]))
         work[(at.direction + k) * width + lane] = direction[row, k]
-        if not toric:
+        if kind == LINE:
             work[(at.v + k) * width + lane] = direction[row, k]
     first = at.lane * width + lane
     for k in range(SCALARS):
@@ -120,17 +122,20 @@ def _fill(width, work, at, n, m, lane, path, toric, control, x0, base, direction
     work[first + LAST * width] = 1e300
     work[first + QUALITY * width] = 1e300
     work[first + ALIVE * width] = path
-    work[first + NEAR * width] = TORIC_PART / fastest if toric else 1e300
+    work[first + NEAR * width] = TORIC_PART / fastest if kind == TORIC else 1e300
 
 
 @njit
-def _move_parameters(lanes, work, at, m, toric):
+def _move_parameters(lanes, work, at, m, kind, bend):
     """Parameters of each lane at its own r."""
     r = load(lanes, work, at.lane + R)
-    if not toric:
+    if kind == LINE:
         for k in range(2 * m):
             p = fma(r, load(lanes, work, at.direction + k), load(lanes, work, at.base + k))
             store(work, at.p + k, p)
+        return
+    if kind == ARC:
+        _move_along_arc(lanes, work, at, m, r, bend)
         return
     for k in range(0, 2 * m, 2):
         rate = load(lanes, work, at.direction + k)
@@ -141,6 +146,27 @@ def _move_parameters(lanes, work, at, m, toric):
         store(work, at.p + k + 1, im)
         store(work, at.v + k, re * rate)
         store(work, at.v + k + 1, im * rate)
+
+
+@njit
+def _move_along_arc(lanes, work, at, m, r, bend):
+    """p = base + s·direction with s = r / d, d = r + bend·(1 - r), and its velocity bend/d²·direction."""
+    one = splat(lanes, 1.0)
+    bend_re, bend_im = splat(lanes, bend[0]), splat(lanes, bend[1])
+    rest = one - r
+    dr_, di = fma(bend_re, rest, r), bend_im * rest
+    size = one / fma(dr_, dr_, di * di)
+    inverse_re, inverse_im = dr_ * size, negative(di * size)
+    sr, si = r * inverse_re, r * inverse_im
+    square_re = inverse_re * inverse_re - inverse_im * inverse_im
+    square_im = (inverse_re + inverse_re) * inverse_im
+    vr, vi = bend_re * square_re - bend_im * square_im, bend_re * square_im + bend_im * square_re
+    for k in range(0, 2 * m, 2):
+        re, im = load(lanes, work, at.direction + k), load(lanes, work, at.direction + k + 1)
+        store(work, at.p + k, fma(sr, re, load(lanes, work, at.base + k)) - si * im)
+        store(work, at.p + k + 1, fma(sr, im, load(lanes, work, at.base + k + 1)) + si * re)
+        store(work, at.v + k, vr * re - vi * im)
+        store(work, at.v + k + 1, vr * im + vi * re)
 
 
 @njit
