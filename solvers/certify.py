@@ -24,7 +24,7 @@ from solvers.system import System, differentiated
 from solvers.tape import Builder, Exact
 
 #: Points tested together; their intermediate results should stay in the processor's cache.
-CHUNK = 512
+CHUNK = 1024
 #: Bits of the fast pass, of the first Arb pass and of the last.
 DOUBLE_BITS, FIRST_BITS, MAX_BITS = 53, 128, 1024
 #: A square of half-side 0.7 r fits into a disc of radius r.

@@ -199,11 +199,13 @@ def _test_discs(question: Question, x: np.ndarray, C: np.ndarray, near: np.ndarr
     CF = _apply(C, F)
     b = up(magnitude(CF) + _apply(size_C, F_rad + inner * magnitude(F)), k + 4)
 
+    r = INFLATION * (b + 4 * U * magnitude(x))
     pattern = question.jacobian.pattern
     rows, columns = pattern[:, 0], pattern[:, 1]
     J = np.zeros((len(x), k, k), np.complex128)
     J_rad = np.zeros((len(x), k, k))
-    J[:, rows, columns] = question.discs("J", x, None)[0]
+    # The midpoints do not depend on the radii.
+    J[:, rows, columns], J_rad[:, rows, columns] = question.discs("J", x, r)
     remainder = np.eye(k) - np.matmul(C, J)
     size_E = magnitude(remainder) * (1 + 4 * U)  # the subtraction from I rounds once more
     product_error = inner * magnitude(J)
@@ -213,12 +215,12 @@ def _test_discs(question: Question, x: np.ndarray, C: np.ndarray, near: np.ndarr
         spread = _apply(J_rad + product_error, radius)
         return up(b + _apply(size_E, radius) + _apply(size_C, spread), 2 * k + 8)
 
-    r = INFLATION * (b + 4 * U * magnitude(x))
     proved = np.zeros(len(x), bool)
     unique = np.full((len(x), k), np.nan)
     inclusion = np.full((len(x), k), np.nan)
-    for _ in range(INFLATIONS):
-        J_rad[:, rows, columns] = question.discs("J", x, r)[1]
+    for attempt in range(INFLATIONS):
+        if attempt:
+            J_rad[:, rows, columns] = question.discs("J", x, r)[1]
         q = image(r)
         inside = (q < r).all(axis=1) & np.isfinite(r).all(axis=1) & ~proved
         if inside.any():
