@@ -12,6 +12,7 @@ from solvers.arithmetic.discs import Disc
 from solvers.arithmetic.double_double import DoubleDouble
 from solvers.arithmetic.values import exact_parameters, exact_value
 from solvers.from_sympy import InvalidSystem
+from solvers.kernel.elimination import pivot_order, tick_program
 from solvers.system import System
 from solvers.tape import Builder, Program
 
@@ -262,6 +263,34 @@ def test_double_double_parameters_for_each_lane():
     assert out.hi[:, 0].tolist() == [10, 21]
     exact = double_double.replay(program, np.array([[3.0]]), (exact_value(Fraction(1, 3)),))["F"]
     assert abs(exact[0, 0].exact()[0] - 1) < Fraction(1, 10**31)
+
+
+def test_a_tick_of_the_tracker_in_double_double():
+    """Newton step and tangent by the elimination on the tape, against mpmath's pivoted LU with sixty digits."""
+    names, (p, q) = sympy.symbols("x y z"), sympy.symbols("p q")
+    x, y, z = names
+    system = System([x**2 * y - p * z + 1, y * z - q * x + p**2, x + y * p + z**3 - 2], names, [p, q])
+    rng = np.random.default_rng(19)
+    points = rng.normal(size=(4, 3)) + 1j * rng.normal(size=(4, 3))
+    values, velocities = (rng.normal(size=2) + 1j * rng.normal(size=2) for _ in range(2))
+    program = system.jacobian_program
+    J = np.array([system.evaluate(point, values)[1][0] for point in points])
+    builder = Builder(3, 2)
+    tick = tick_program(builder, system.embed(builder), pivot_order(program.pattern, J))
+    out = double_double.replay(tick, points, values, velocities)
+    with mpmath.workdps(60):
+        for lane, point in enumerate(points):
+            exact = [[mpmath.mpc(v) for v in row] for row in (point, values, velocities)]
+            constants = [multiprecision.number(value) for value in program.constants]
+            plain = program.replay(*exact, constants=constants)
+            matrix = mpmath.zeros(3)
+            for (i, j), entry in zip(program.pattern.tolist(), plain["J"]):
+                matrix[i, j] = entry
+            for name, right in (("dx", plain["F"]), ("dr", [-v for v in plain["Ft"]])):
+                truth = mpmath.lu_solve(matrix, mpmath.matrix(right))
+                for k in range(3):
+                    got = multiprecision.number(out[name][lane, k].exact())
+                    assert abs(got - truth[k]) < 1e-28 * mpmath.norm(truth)
 
 
 # -- mpmath ------------------------------------------------------------------------------------------------------
