@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechanisms.constraints import CONSTRAINTS
 from mechanisms.documents import linkage_document, linkage_from_document, number_document
 from mechanisms.families.base import Candidate, Family
 from mechanisms.linkage import GROUND, Linkage
@@ -36,7 +37,7 @@ __all__ = ["Design", "design_from_candidate", "funnel", "rank"]
 #: An exact design may miss its poses by this part of the task's size (and its angles by this many radians).
 EXACT = 1e-6
 #: The motion defects in the order in which the funnel asks for them.
-DEFECTS = (("circuit", "same_circuit"), ("branch", "same_branch"), ("order", "in_order"))
+DEFECTS = ("circuit", "branch", "order")
 
 
 @dataclass(frozen=True)
@@ -347,14 +348,15 @@ def funnel(designs: Sequence[Design], task: Task, roots: int | None) -> list[dic
             stages.append({"stage": name, "left": len(left), "removed": {code: len(gone)} if gone else {}})
     standing = [design for group in left.values() for design in group]
     stages.append({"stage": "designs", "left": len(standing), "removed": {}})
-    static = [f"constraint:{key}" for key in task.constraints]
+    wanted = {key: f"constraint:{key}" for key in task.constraints if CONSTRAINTS[key].holds is not None}
     tests: list[tuple[str, str]] = [("degenerate", "not degenerate"), ("complex", "real"), ("inexact", "exact")]
-    tests += [(code, code) for code in static]
-    tests += [(code, f"one {code}" if code != "order" else "in order") for code, _ in DEFECTS]
+    tests += [(code, code) for key, code in wanted.items() if not CONSTRAINTS[key].moving]
+    tests += [(code, f"one {code}" if code != "order" else "in order") for code in DEFECTS]
+    tests += [(code, code) for key, code in wanted.items() if CONSTRAINTS[key].moving]
     for code, name in tests:
         gone_now = [design for design in standing if code in design.reasons]
         standing = [design for design in standing if code not in design.reasons]
-        if gone_now or code in static or code in dict(DEFECTS):
+        if gone_now or code in DEFECTS or code in wanted.values():
             stages.append(
                 {"stage": name, "left": len(standing), "removed": {code: len(gone_now)} if gone_now else {}}
             )

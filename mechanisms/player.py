@@ -125,7 +125,7 @@ body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: #faf
 main { max-width: 1180px; margin: 0 auto; padding: 1.5rem 1rem 4rem; }
 h1 { font-size: 1.5rem; margin: 0 0 .25rem; } h2 { font-size: 1.1rem; margin: 2rem 0 .5rem; }
 p { margin: .25rem 0; } .faint { color: var(--faint); }
-table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; margin: .4rem 0 .8rem; font-size: .86rem; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: .18rem .6rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; } td.text, th.text { text-align: left; }
 .scroll { overflow-x: auto; }
@@ -159,7 +159,7 @@ function text(parent, x, y, words, size, colour) {
   element.textContent = words;
 }
 function play(root, data, auto) {
-  const [left, right, bottom, top] = data.box, size = Math.max(right - left, top - bottom), u = size / 100;
+  const [left, right, bottom, top] = data.box, size = Math.max(right - left, top - bottom), u = size / (auto ? 150 : 100);
   const svg = make(root, "svg", {viewBox: [left, -top, right - left, top - bottom].join(" "), role: "img"});
   svg.setAttribute("aria-label", "linkage " + data.id + " moving through its poses");
   const step = Math.pow(10, Math.floor(Math.log10(size / 2)));

@@ -101,18 +101,23 @@ def result_table(designs: Sequence[Design], unit: str = "") -> RenderableType:
     label = f" [{unit}]" if unit else ""
     notes = any(design.note for design in designs)
     angles = any(design.worst_angle_error is not None for design in designs)
+    shares = any("defect_free_share" in design.extra for design in designs)
     columns = ["id", "verdict", "transm. °", "full turn", "link ratio", f"extent{label}", "pose error"]
-    for column in columns + (["angle error °"] if angles else []) + (["note"] if notes else []):
+    columns += ["angle error °"] if angles else []
+    columns += ["choices free of defects"] if shares else []
+    for column in columns + (["note"] if notes else []):
         table.add_column(
             column.replace("[", r"\["),
             justify="left" if column in ("id", "verdict", "full turn", "note") else "right",
-            no_wrap=column != "note",
+            no_wrap=column not in ("note", "verdict"),
         )
     for design in designs:
         built = design.linkage is not None
         row = [
             design.id,
-            "[green]accepted[/green]" if design.accepted else f"[red]{', '.join(design.reasons)}[/red]",
+            "[green]accepted[/green]"
+            if design.accepted
+            else f"[red]{', '.join(reason.removeprefix('constraint:') for reason in design.reasons)}[/red]",
             "–" if not design.min_transmission_deg else f"{design.min_transmission_deg:.1f}",
             ("yes" if design.full_rotation else "no") if design.verdicts else "–",
             number(design.link_ratio, 3) if built else "–",
@@ -121,7 +126,10 @@ def result_table(designs: Sequence[Design], unit: str = "") -> RenderableType:
         ]
         if angles:
             row.append(_error(design.worst_angle_error, 180 / math.pi))
-        table.add_row(*row, *([_note(design)] if notes else []))
+        if shares:
+            share = design.extra.get("defect_free_share")
+            row.append("–" if share is None else _percent(share))
+        table.add_row(*row, *([design.note] if notes else []))
     return table
 
 
@@ -225,19 +233,12 @@ def _explained(code: str) -> str:
     return f"{code}: {REASONS[code]}" if code in REASONS else code
 
 
-def _note(design: Design) -> str:
-    share = design.extra.get("defect_free_share")
-    if share is None:
-        return design.note
-    return f"{design.note} ({_percent(share)} of choices defect-free)" if share else design.note
-
-
 def _error(value: float | None, unit: float = 1.0) -> str:
     return "–" if value is None else f"{unit * value:.0e}" if value else "0"
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share >= 1e-6 else f"{share:.0e}"
+    return "0" if not share else f"{100 * share:.2g} %" if share >= 1e-5 else f"{100 * share:.0e} %"
 
 
 def _long(value: float) -> str:

@@ -154,7 +154,9 @@ def search(task: Task, halves: tuple[Half, Half], sides: tuple[Side, Side]) -> t
         sign * float(np.mean(pair[0])) * float(np.mean(pair[1]))
         for sign, pair in ((1, forward), (1, backward), (-1, both))
     )
-    found: dict[str, tuple[tuple[bool, float], Pick]] = {}
+    found: dict[str, tuple[tuple[int, float], Pick]] = {}
+    needed = max(USABLE, math.radians(task.constraints.get("min_transmission_deg", 0.0)))
+    limit = task.constraints.get("max_link_ratio", math.inf)
     for direction in (1, -1):
         lists = [_shortlist(half, side, direction) for half, side in zip(halves, sides)]
         sweeps = [side.forward if direction > 0 else side.backward for side in sides]
@@ -162,11 +164,13 @@ def search(task: Task, halves: tuple[Half, Half], sides: tuple[Side, Side]) -> t
             for j in lists[1]:
                 angle = min(float(sweeps[0].transmission[i]), float(sweeps[1].transmission[j]))
                 ratio, extent = _shape(halves, p, i, q, j)
-                for measure, cost in (
-                    ("transmission angle", -angle),
-                    ("link ratio", ratio),
-                    ("compactness", extent),
-                ):
+                wrong = (angle < needed) + (ratio > limit)
+                costs = {
+                    "transmission angle": (int(ratio > limit), -angle),
+                    "link ratio": (wrong, ratio),
+                    "compactness": (wrong, extent),
+                }
+                for measure, cost in costs.items():
                     if measure not in found or cost < found[measure][0]:
                         found[measure] = cost, Pick(measure, i, j, angle, ratio, extent)
     picks: dict[tuple[int, int], list[Pick]] = {}
