@@ -1,0 +1,73 @@
+"""Published numbers beside ours.
+
+A new paper is one module with a function ``comparisons() -> list[Comparison]`` and one line in the table.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from mechanisms.reproduce.comparison import Comparison
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+#: name on the command line -> (module, author and title)
+PAPERS: dict[str, tuple[str, str]] = {
+    "kiper": (
+        "mechanisms.reproduce.kiper",
+        "G. Kiper, Motion synthesis of a planar Watt II type six-bar mechanism with two end-effectors",
+    ),
+}
+
+__all__ = ["PAPERS", "Comparison", "comparison_table", "reproduce"]
+
+
+def reproduce(paper: str) -> list[Comparison]:
+    """Compute every number of a paper again.
+
+    Parameters
+    ----------
+    paper : str
+        A key of `PAPERS`.
+
+    Returns
+    -------
+    list of Comparison
+        In the order of the paper.
+
+    Examples
+    --------
+    >>> items = reproduce("kiper")
+    >>> sorted({item.verdict for item in items})
+    ['agrees', 'inferred', 'misprint', 'not so']
+    """
+    return import_module(PAPERS[paper][0]).comparisons()
+
+
+def comparison_table(paper: str, items: list[Comparison]) -> RenderableType:
+    """The comparison as a table, with a count of the verdicts below it."""
+    from collections import Counter
+
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Group
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1), header_style="bold")
+    table.add_column("where", no_wrap=True)
+    table.add_column("what")
+    table.add_column("printed", justify="right", overflow="fold")
+    table.add_column("ours", justify="right", overflow="fold")
+    table.add_column("verdict", no_wrap=True)
+    table.add_column("why", ratio=1, overflow="fold")
+    colours = {"agrees": "green", "differs": "bold red"}
+    last = ""
+    for item in items:
+        colour = colours.get(item.verdict, "yellow")
+        where, last = ("" if item.where == last else item.where), item.where
+        verdict = f"[{colour}]{item.verdict}[/{colour}]"
+        table.add_row(where, item.what, item.printed, item.shown, verdict, item.why)
+    counts = Counter(item.verdict for item in items)
+    summary = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+    return Group(PAPERS[paper][1], table, f"{len(items)} items: {summary}")
