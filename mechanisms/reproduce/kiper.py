@@ -168,8 +168,8 @@ def _three_poses() -> list[Comparison]:
     items += [Comparison(where, what, text, ours, why) for what, text, ours, why in rows]
     five = sum("degenerate" not in d.reasons for d in result.designs)
     why = (
-        f"true, and not sharp: three of the {result.roots['count']} roots, (0, 0), (α2, α3), (γ2, γ3), belong to every "
-        f"task and are no linkage; at most {five} are left, an odd number of them real, here {len(real)}"
+        f"true, and not sharp: three of the {result.roots['count']} roots, (0, 0), (α2, α3), (γ2, γ3), are every "
+        f"task's and no linkage; at most {five} are left, an odd number of them real, here {len(real)}"
     )
     items.append(claim("Sect. 4", "there are at most eight real solutions for β2", five <= 8, why))
     corrected = synthesize(three_pose_task(math.degrees(eta3)))
