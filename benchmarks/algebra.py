@@ -121,7 +121,7 @@ def cassou() -> System:
 
     Li, Wang and Wang, Lectures in Applied Mathematics 32, 503-512, 1996.
     """
-    b, c, d, e = v = symbols("b c d e")
+    b, c, d, e = v = symbols("b c d f")
     s = b**2
     return System(
         [
