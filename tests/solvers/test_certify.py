@@ -108,12 +108,104 @@ def test_near_double_roots_are_told_apart(gap):
     assert certify(system, [[1.0], [1.0]]).distinct == 1
 
 
+@pytest.mark.parametrize("apart", ["along", "across"])
+def test_the_edge_of_what_doubles_can_prove(apart):
+    """Two roots drawn together until the fast pass gives up: no uniqueness disc ever holds both."""
+    rng = np.random.default_rng(9)
+    proved = []
+    for exponent in np.linspace(5.0, 8.5, 120):
+        gap = Fraction(10.0**-exponent)
+        g = Rational(gap.numerator, gap.denominator)
+        if apart == "along":
+            system = System([expand((x - 3) * (x - 3 - g) * (x + 1))], [x])
+            roots = [(Fraction(3), Fraction(0)), (3 + gap, Fraction(0))]
+        else:
+            system = System([expand(((x - 3) ** 2 + g**2) * (x + 1))], [x])
+            roots = [(Fraction(3), gap), (Fraction(3), -gap)]
+        points = [[complex(re, im) + float(gap) * 1e-3 * rng.normal()] for re, im in roots]
+        result = certify(system, points, max_bits=0)
+        for k in np.flatnonzero(result.certified):
+            mid, outer = result.boxes.midpoints[k, 0], Fraction(result.boxes.unique[k, 0])
+            square = [(re - Fraction(mid.real)) ** 2 + (im - Fraction(mid.imag)) ** 2 for re, im in roots]
+            assert sum(value <= outer**2 for value in square) == 1
+        if apart == "across":
+            assert not result.real.any()
+        proved.append(result.count)
+    assert proved[0] == 2 and proved[-1] == 0
+
+
 def test_a_conjugate_pair_close_to_the_axis_is_not_real():
     gap = Rational(1, 10**18)
     system = System([expand((x - 3) ** 2 + gap**2)], [x])
     result = certify(system, [[3 + 1e-18j], [3 - 1e-18j]])
     assert (result.count, result.distinct) == (2, 2)
     assert not result.real.any() and result.complex_.all()
+
+
+def test_nothing_is_certified_that_is_not_so():
+    """Polynomials with clustered, multiple and conjugate roots, all known exactly: every claim is checked."""
+    rng = np.random.default_rng(8)
+    claims = {"certified": 0, "real": 0, "complex": 0, "multiple": 0}
+    for _ in range(60):
+        roots = _clustered_roots(rng)
+        factors = [x - Rational(re.numerator, re.denominator) - I * Rational(im.numerator, im.denominator)
+                   for re, im in roots]  # fmt: skip
+        system = System([expand(prod(factors))], [x])
+        points = np.array([[complex(re, im)] for re, im in roots])
+        noise = rng.choice([0, 1e-14, 1e-10, 1e-6], size=points.shape)
+        result = certify(system, points * (1 + noise * rng.normal(size=points.shape)), max_bits=512)
+        assert result.real_system
+        assert result.distinct <= len(set(roots))
+        for k in np.flatnonzero(result.certified):
+            mid, inner, outer = (
+                part[k, 0] for part in (result.boxes.midpoints, result.boxes.radii, result.boxes.unique)
+            )
+            square = [(re - Fraction(mid.real)) ** 2 + (im - Fraction(mid.imag)) ** 2 for re, im in roots]
+            inside = [root for root, value in zip(roots, square) if value <= Fraction(inner) ** 2]
+            alone = [root for root, value in zip(roots, square) if value <= Fraction(outer) ** 2]
+            # An Arb box may be too small for doubles to hold its root apart from others: then ask the ball.
+            if k not in result.exact:
+                assert len(inside) == len(alone) == 1
+            root = inside[0] if k not in result.exact else _root_in_ball(result.exact[k], roots)
+            claims["certified"] += 1
+            assert roots.count(root) == 1
+            assert not (result.real[k] and root[1]) and not (result.complex_[k] and not root[1])
+            claims["real"] += bool(result.real[k])
+            claims["complex"] += bool(result.complex_[k])
+        claims["multiple"] += sum(roots.count(root) > 1 for root in roots)
+    assert claims["certified"] > 150 and min(claims.values()) > 40
+
+
+def _clustered_roots(rng: np.random.Generator) -> list[tuple[Fraction, Fraction]]:
+    """Real rational roots and conjugate pairs, some repeated, some 1e-5 to 1e-11 from another."""
+    roots = []
+    for _ in range(int(rng.integers(2, 5))):
+        re, im = Fraction(int(rng.integers(-40, 40)), 16), Fraction(int(rng.integers(0, 3)), 8)
+        gap = Fraction(1, 10 ** int(rng.integers(5, 12)))
+        kind = rng.choice(["plain", "plain", "repeated", "beside", "flat"])
+        if kind == "flat":
+            im = gap
+        pair = [(re, im), (re, -im)] if im else [(re, im)]
+        roots += pair
+        if kind == "repeated":
+            roots += pair
+        elif kind == "beside":
+            roots += [(re + gap, im) for re, im in pair]
+    return roots
+
+
+def _root_in_ball(box, roots):
+    from flint import ctx, fmpq
+
+    with ctx.workprec(5000):
+        found = [
+            (re, im)
+            for re, im in roots
+            if box.inclusion[0].real.contains(fmpq(re.numerator, re.denominator))
+            and box.inclusion[0].imag.contains(fmpq(im.numerator, im.denominator))
+        ]
+    assert len(found) == 1
+    return found[0]
 
 
 # -- what is not certified ---------------------------------------------------------------------------------------
