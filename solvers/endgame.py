@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.kernel.reference import PAUSED, REACHED, STATUS, Settings
+from solvers.kernel.reference import DIVERGED, PAUSED, REACHED, STATUS, Settings
 from solvers.system import evaluate
 from solvers.tape import ADD, INV, MUL, NEG, SQR, SUB, Program
 
@@ -36,13 +36,19 @@ RADII = 18
 #: Corners of the loop.
 CORNERS = 8
 #: Winding numbers looked for.
-LARGEST_WINDING = 12
+LARGEST_WINDING = 24
 #: A loop is closed when the path is back at its start to this precision, relative.
 CLOSED = 1e-6
 #: Two radii agree on a limit to this precision, relative.
 AGREE = 1e-7
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
-POLE = 1e-6
+POLE = 1e-10
+#: Below this radius exponents that have settled decide alone, for windings beyond the largest.
+EXPONENTS_DECIDE = 1e-9
+#: A coordinate with an exponent below this goes to infinity: 1/24 is the smallest that a loop could show.
+INFINITE_EXPONENT = -0.04
+#: Exponents that change by less than this from one radius to the next have settled for good.
+STILL = 0.01
 #: A root whose Jacobian has a scaled condition number above this is no regular root.
 SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
@@ -164,6 +170,12 @@ class _Walk:
                 done.status[again[redo.status == REACHED]] = PAUSED
         paused = done.status == PAUSED
         lost = ~paused & (done.status != REACHED)
+        far = done.status == DIVERGED
+        if far.any():
+            # No path passes so near to infinity and comes back: it is on its way there with a large exponent.
+            whole = np.abs(done.x[far]).max(axis=1, keepdims=True)
+            self._close(rows[far], done.x[far] / whole, np.zeros(int(far.sum()), np.int64), INFINITE)
+            lost &= ~far
         for row, status, where in zip(rows[lost], done.status[lost], done.r[lost]):
             self.ends.why[int(row)] = f"{STATUS[status]} at r = {where:.3e}"
         self.ends.x[rows[lost]] = done.x[lost]
@@ -172,7 +184,9 @@ class _Walk:
         rows, points, slope = rows[~jumped], points[~jumped], slope[~jumped]
         with np.errstate(all="ignore"):
             exponents = (slope / points).real
-        self.settled = np.abs(exponents - self.exponents[rows]).max(axis=1) < SETTLED
+        change = np.abs(exponents - self.exponents[rows]).max(axis=1)
+        self.settled = change < SETTLED
+        self.still = change < STILL
         self.exponents[rows] = exponents
         return rows, points
 
@@ -227,6 +241,11 @@ class _Walk:
                 singular = self._is_singular(rows[where], ends)
                 self._close(rows[where[singular]], ends[singular], turns[finite][singular], SINGULAR)
                 decided[where[singular]] = True
+        if radius < EXPONENTS_DECIDE:
+            leaving = ~decided & self.still & (self.exponents[rows].min(axis=1) < INFINITE_EXPONENT)
+            whole = np.abs(points[leaving]).max(axis=1, keepdims=True)
+            self._close(rows[leaving], points[leaving] / whole, np.zeros(int(leaving.sum()), np.int64), INFINITE)
+            decided |= leaving
         return rows[~decided], points[~decided]
 
     def _close(self, rows: np.ndarray, x: np.ndarray, turns: np.ndarray, kind: int) -> None:

@@ -142,6 +142,7 @@ class Run:
             infinity=float(settings.infinity),
             radius=float(radius(settings.contraction)),
             budget=float(0.1791 * radius(settings.contraction) / radius(0.125)),
+            size=min(float(settings.size), 1e150) ** 2,
         )
         tracker.track_queue(
             self.lanes, width, work, self.at, n, m, self.mode, self.address, self.code, self.outputs,

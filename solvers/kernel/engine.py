@@ -11,8 +11,10 @@ turns out to be, that costs at most twice the best choice.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -91,6 +93,8 @@ class Engine:
         "auto", or the engine to use whatever it costs: "reference", "interpreted", "compiled".
     used : str
         The engine that the last call used.
+    size : float
+        Typical size of the unknowns, from the samples.
     """
 
     prefer = "auto"
@@ -108,6 +112,7 @@ class Engine:
         self._source: tuple[Builder, list[Node], np.ndarray, np.ndarray, list[int] | None] | None
         self._source = (builder, equations, points, parameters, moving)
         self._tick: Program | None = None
+        self.size = float(np.median(np.abs(points).max(axis=1, initial=0.0))) or 1.0
         self._forget()
 
     def _forget(self) -> None:
@@ -132,7 +137,7 @@ class Engine:
             return self._tick
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"program": self.program, "_tick": self.tick, "prefer": self.prefer}
+        return {"program": self.program, "_tick": self.tick, "prefer": self.prefer, "size": self.size}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -186,6 +191,8 @@ class Engine:
         if arithmetic not in ("double", "double-double"):
             raise ValueError(f"the arithmetic {arithmetic!r} is unknown; it is double or double-double")
         settings = settings or Settings()
+        if math.isinf(settings.size):
+            settings = replace(settings, size=self.size)
         self.used = self._choose(len(x), pivoted) if arithmetic == "double" else arithmetic
         if self.used == "reference":
             arguments: dict[str, Any] = {"start": start, "end": end, "stop": stop, "bend": bend}

@@ -12,6 +12,7 @@ the line a lane goes on with Newton steps until they stop shrinking: the last on
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,6 +51,8 @@ class Settings:
         A path that has used so many is given up (retried elsewhere, never dropped).
     infinity : float
         A point farther away than this (in scaled unknowns) is given to the endgame as diverging.
+    size : float
+        Typical size of the unknowns; an engine fills it in from its samples.
     """
 
     contraction: float = 0.125
@@ -58,7 +61,8 @@ class Settings:
     largest_step: float = 0.25
     smallest_step: float = 1e-11
     ticks: int = 4000
-    infinity: float = 1e12
+    infinity: float = 1e25
+    size: float = math.inf
 
     def tighter(self) -> Settings:
         """The next rung of the ladder: half the contraction, shorter steps, more patience."""
@@ -102,11 +106,11 @@ class Tracked:
 
 
 #: Newton steps below this are rounding noise for the curvature estimate; measuring it there lets it run away.
-NOISE = 1e-6
+NOISE = 1e-5
 #: Newton steps that stop shrinking below this have met the rounding error of an ill-conditioned point. They are
 #: good enough to go on from, where the next step would still be small by the curvature ω·step. Rejecting
 #: them would shorten the step again and again, to no avail.
-ALWAYS_GOOD, HARMLESS = 1e-4, 0.01
+ALWAYS_GOOD, HARMLESS = 1e-5, 1.0
 #: A correction ends before its last step is seen only if the step before was below this, so that the tangent,
 #: which is a Newton step older than the point, is good enough for the next prediction.
 SMALL = 1e-3
@@ -216,11 +220,14 @@ class _Lanes:
         self.polishing = np.zeros(count, np.int64)
         self.quality = np.full(count, np.inf)
 
-    @staticmethod
-    def _weights(x: np.ndarray) -> np.ndarray:
-        """Relative scale of each unknown: its size, or a small part of the largest one."""
+    def _weights(self, x: np.ndarray) -> np.ndarray:
+        """Relative scale of each unknown: its size, or a small part of the largest one.
+
+        On its way to infinity an unknown must not drown the others, so what counts as small is bounded by the
+        typical size of the unknowns.
+        """
         size = np.abs(x)
-        return np.maximum(size, np.maximum(1e-4 * size.max(axis=0), 1e-30))
+        return np.maximum(size, np.maximum(1e-4 * np.minimum(size.max(axis=0), self.settings.size), 1e-30))
 
     def _solve(self) -> tuple[np.ndarray, np.ndarray]:
         with np.errstate(all="ignore"):

@@ -68,6 +68,7 @@ class Control(NamedTuple):
     infinity: float
     radius: float  # h(contraction)
     budget: float  # constant of the step formula
+    size: float  # typical size of the unknowns, squared
 
 
 @njit
@@ -219,7 +220,7 @@ def decide(lanes, work, at, n, control):
         x = select(decided, trial, x)
         store(work, at.x + k, x)
         store(work, at.trial + k, select(decided, trial, load(lanes, work, at.trial + k)))
-    least = maximum(size * splat(lanes, 1e-8), splat(lanes, 1e-60))
+    least = maximum(minimum(size, splat(lanes, control.size)) * splat(lanes, 1e-8), splat(lanes, 1e-60))
     for k in range(n):
         re = load(lanes, work, at.accepted + 2 * k)
         im = load(lanes, work, at.accepted + 2 * k + 1)

@@ -102,7 +102,7 @@ def _fill(width, work, at, n, m, lane, path, kind, control, x0, base, direction)
         work[(at.tangent_before + k) * width + lane] = 0.0
     for k in range(n):
         size = x0[path, 2 * k] ** 2 + x0[path, 2 * k + 1] ** 2
-        work[(at.weight + k) * width + lane] = 1.0 / max(size, 1e-8 * largest, 1e-60)
+        work[(at.weight + k) * width + lane] = 1.0 / max(size, 1e-8 * min(largest, control.size), 1e-60)
     row = path if base.shape[0] > 1 else 0
     for k in range(2 * m):
         work[(at.base + k) * width + lane] = base[row, k]
