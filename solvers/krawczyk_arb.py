@@ -20,6 +20,9 @@ from solvers.krawczyk import INFLATIONS, NEAR, NEAR_ORIGIN, Question
 ARB_STEPS = 12
 #: Newton converges at least this fast to a simple root near which it starts; to a double root the ratio is 1/2.
 ARB_RATIO = 0.3
+#: From this precision on, a Jacobian whose condition takes three quarters of the bits counts as singular: a start of
+#: 53 bits does not tell roots of a condition of 10^57 apart, and a singular one would ask for ever more bits.
+SINGULAR_BITS = 256
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,7 @@ def krawczyk_arb(question: Question, point: Sequence[Any], bits: int) -> ArbBox 
     Raises
     ------
     NotNearRoot
-        Newton's method does not converge from the point to a root beside it; more bits will not help.
+        Newton's method does not converge from the point to a simple root beside it; more bits will not help.
     """
     from flint import ctx
 
@@ -93,7 +96,7 @@ def krawczyk_arb(question: Question, point: Sequence[Any], bits: int) -> ArbBox 
 
 
 class NotNearRoot(ArithmeticError):
-    """Newton's method does not converge from a point to a root beside it."""
+    """Newton's method does not converge from a point to a simple root beside it."""
 
 
 def _length(vector: Any) -> float:
@@ -148,4 +151,6 @@ def _test_arb(run: Any, x: list[Any], bits: int) -> ArbBox | None:
         if all(outer.contains_interior(inner) for outer, inner in zip(X, image)):
             return ArbBox(bits, image, X)
         radii = [8 * max(radius, (c + s).abs_upper()) for radius, c, s in zip(radii, CF, moved)]
+    if bits >= SINGULAR_BITS and _length(C) * _length(J) > 2.0 ** (0.75 * bits):
+        raise NotNearRoot
     return None
