@@ -11,6 +11,7 @@ from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import pairs_of_equals
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.start import total_degree
+from solvers.start_multihomogeneous import multihomogeneous
 from solvers.system import InvalidSystem, System, evaluate
 from solvers.tracking import Interrupted, Progress, Run, track_all
 
@@ -110,6 +111,8 @@ def homotopy_for(system: System, values: np.ndarray, start: str | Solutions, see
         return parameter_homotopy(system.program, start.parameters, values, start.points, seed)
     if start not in STARTS:
         raise ValueError(f"the start {start!r} is unknown; choose one of {', '.join(STARTS)}")
+    if start == "multihomogeneous":
+        return multihomogeneous(system, values, seed)
     return total_degree(system, values, seed)
 
 
