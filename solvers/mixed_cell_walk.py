@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-DONE, TIED, TOO_LARGE = 0, 1, 2
+DONE, TIED, TOO_LARGE, TOO_LONG = range(4)
 #: Walls whose times differ by less than this (relative) count as a tie. A time is the quotient of two exact
 #: integers, with a rounding error of a few 1e-16; a tie costs no more than another random lifting.
 TIE = 1e-13
@@ -84,6 +84,7 @@ def walk(
     stage: int,
     largest_exponent: float,
     largest_lifting: float,
+    patience: int,
 ) -> tuple[int, Any]:
     """Lower the moving points of one support from plus to minus infinity and follow the mixed cells.
 
@@ -101,11 +102,13 @@ def walk(
         The support that moves.
     largest_exponent, largest_lifting : float
         Bounds that say when a number might not fit into an int64; both are 0 for Python integers.
+    patience : int
+        How many cells may be looked at.
 
     Returns
     -------
     outcome : int
-        DONE, TIED (two walls at one time: the lifting is not generic) or TOO_LARGE.
+        DONE, TIED (two walls at one time: the lifting is not generic), TOO_LARGE or TOO_LONG.
     cells : ndarray, shape (cells, 2 n)
         The cells for t = +infinity whose edges hold no vertex left behind.
     """
@@ -122,6 +125,9 @@ def walk(
     cell = np.empty(2 * n, np.int64)
     while waiting:
         waiting -= 1
+        patience -= 1
+        if patience < 0:
+            return TOO_LONG, found[:done]
         for j in range(2 * n):
             cell[j] = stack[waiting, j]
         for j in range(n):

@@ -23,16 +23,22 @@ from typing import Any
 
 import numpy as np
 
-from solvers.mixed_cell_walk import TIED, TOO_LARGE, adjugate, push, walk
+from solvers.mixed_cell_walk import TIED, TOO_LARGE, TOO_LONG, adjugate, push, walk
 
 #: Bits of the random liftings. Two walls meet with probability about 2^-bits for each pair of walls compared.
 _LIFTING_BITS = 26
+#: Up to so many unknowns the plain version is faster than loading the compiled one.
+SMALL_SYSTEM = 8
 #: Liftings tried before giving up.
 _ATTEMPTS = 20
 
 
 class MixedCellError(ArithmeticError):
     """No generic lifting was found, or the cells lose volume: an internal check failed."""
+
+
+class TooManyCells(ValueError):
+    """There are more mixed cells on the way than the caller has patience for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +86,9 @@ def mixed_volume(supports: Sequence[Any]) -> int:
     return mixed_cells(supports).mixed_volume
 
 
-def mixed_cells(supports: Sequence[Any], seed: int = 0, compiled: bool | None = None) -> MixedCells:
+def mixed_cells(
+    supports: Sequence[Any], seed: int = 0, compiled: bool | None = None, patience: int = 2**60
+) -> MixedCells:
     """The mixed cells for a random lifting.
 
     Parameters
@@ -90,11 +98,15 @@ def mixed_cells(supports: Sequence[Any], seed: int = 0, compiled: bool | None = 
         Seed of the lifting.
     compiled : bool, optional
         Whether to use the compiled version; by default for all but the smallest systems. The cells are the same.
+    patience : int
+        How many cells may be looked at in bringing in one equation.
 
     Raises
     ------
     ValueError
         The supports are not n arrays with n columns.
+    TooManyCells
+        The patience is exhausted.
     MixedCellError
         Twenty liftings in a row were not generic: a mistake in this program.
 
@@ -106,13 +118,12 @@ def mixed_cells(supports: Sequence[Any], seed: int = 0, compiled: bool | None = 
     points = _checked(supports)
     n = len(points)
     if compiled is None:
-        # Loading the compiled function costs more than a few hundred small cells.
-        compiled = n > 4 or sum(map(len, points)) > 40
+        compiled = _compiled.cache_info().currsize > 0 or n > SMALL_SYSTEM
     order = _order(points)
     ordered = [points[k] for k in order]
     for attempt in range(_ATTEMPTS):
         rng = np.random.default_rng([seed, attempt])
-        found = _follow(ordered, rng, compiled)
+        found = _follow(ordered, rng, compiled, patience)
         if found is None:
             continue
         edges, liftings = found
@@ -141,7 +152,7 @@ def _order(points: list[np.ndarray]) -> list[int]:
     return sorted(range(len(points)), key=lambda k: (len(points[k]), k))
 
 
-def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool) -> Any:
+def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool, patience: int) -> Any:
     """Edges of the cells and the liftings, or None if the lifting was not generic."""
     n = len(points)
     if any(len(p) < 2 for p in points):
@@ -168,7 +179,9 @@ def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool) 
         moving[first[stage] + n + 1 : first[stage + 1]] = -1
         low = np.array([first[k] + (n + 1 if k < stage else 0) for k in range(n)])
         high_end = np.array([first[k + 1] if k <= stage else first[k] + n + 1 for k in range(n)])
-        outcome, cells = _stage(table, heights, moving, low, high_end, cells, stage, compiled)
+        outcome, cells = _stage(table, heights, moving, low, high_end, cells, stage, compiled, patience)
+        if outcome == TOO_LONG:
+            raise TooManyCells(f"more than {patience} cells are met on the way to the mixed cells of {n} supports")
         if outcome == TIED:
             return None
     edges = cells.reshape(-1, n, 2) - (first[:-1] + n + 1)[None, :, None]
@@ -176,15 +189,24 @@ def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool) 
 
 
 def _stage(
-    table: Any, heights: Any, moving: Any, low: Any, high: Any, cells: Any, stage: int, compiled: bool
+    table: Any,
+    heights: Any,
+    moving: Any,
+    low: Any,
+    high: Any,
+    cells: Any,
+    stage: int,
+    compiled: bool,
+    patience: int,
 ) -> Any:
-    run = _compiled() if compiled else walk
-    bounds = float(max(1, np.abs(table).max())), float(max(1, np.abs(heights).max()))
-    outcome, found = run(table, heights, moving, low, high, cells.copy(), stage, *bounds)
-    if outcome != TOO_LARGE:
-        return outcome, found
+    if compiled:
+        bounds = float(max(1, np.abs(table).max())), float(max(1, np.abs(heights).max()))
+        outcome, found = _compiled()(table, heights, moving, low, high, cells.copy(), stage, *bounds, patience)
+        if outcome != TOO_LARGE:
+            return outcome, found
+    # Python integers do not overflow, and outside compiled code they are faster than NumPy's.
     exact = [array.astype(object) for array in (table, heights, moving)]
-    return walk(exact[0], exact[1], exact[2], low, high, cells.copy(), stage, 0.0, 0.0)
+    return walk(exact[0], exact[1], exact[2], low, high, cells.copy(), stage, 0.0, 0.0, patience)
 
 
 @cache

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial import ConvexHull, QhullError
 
 from benchmarks.zoo import ZOO
-from solvers.mixed_cells import mixed_cells, mixed_volume
+from solvers.mixed_cells import TooManyCells, mixed_cells, mixed_volume
 from solvers.supports import terms
 
 
@@ -127,3 +127,10 @@ def test_wrong_shapes_are_refused():
         mixed_volume([[[1, 2, 3]], [[0, 0, 0]]])
     with pytest.raises(ValueError, match="not integers"):
         mixed_volume([[[0.5], [1.0]]])
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_patience_has_an_end(compiled):
+    supports = terms(ZOO["cyclic5"].build()).supports
+    with pytest.raises(TooManyCells, match="more than 10 cells"):
+        mixed_cells(supports, compiled=compiled, patience=10)
