@@ -1,35 +1,30 @@
 """Every configuration in which a linkage can be assembled with its input at a given value.
 
-The closure equations become polynomials: e^{iq} is an unknown z, its conjugate e^{−iq} an unknown w of its
-own with z w = 1, and each loop gives itself and its conjugate. The structure of the graph fixes the system,
-the dimensions are its parameters, so that one system, solved once at random dimensions, serves all linkages
-of that structure by parameter homotopy.
+The closure polynomials of :mod:`mechanisms.polynomials` with one unknown given are solved completely: once
+at random dimensions for each structure, then by parameter homotopy for each linkage and each value.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechanisms.closure import Closure
-from mechanisms.curve import need_one_freedom, settle, wrap
+from mechanisms.curve import need_one_freedom
 from mechanisms.linkage import Input, Linkage
+from mechanisms.polynomials import Structure, closure_polynomials, dimensions, generic, real_configurations
 
 if TYPE_CHECKING:
     from solvers.solutions import Ledger, Solutions
     from solvers.system import System
 
-#: |w − z̄| below this makes a root a candidate for a real configuration; Newton on the real equations then
-#: decides.
-NEARLY_REAL = 1e-6
+_SYSTEMS: dict[Structure, System] = {}
+_GENERIC: dict[Structure, Solutions] = {}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Assemblies:
     """All assemblies at one value of the input.
 
@@ -49,47 +44,6 @@ class Assemblies:
 
     def __repr__(self) -> str:
         return f"Assemblies({len(self.x)} real, {self.complex_count} complex)"
-
-
-@dataclass(frozen=True)
-class Structure:
-    """What the polynomials depend on besides numbers: hashable, the key of the cache of systems."""
-
-    turned: tuple[tuple[bool, ...], ...]
-    slid: tuple[tuple[bool, ...], ...]
-    slide_class: tuple[int, ...]
-    gears: tuple[tuple[int, ...], ...]
-    driven: tuple[int, int]  # rotation classes (link, relative_to), or (slide, −1)
-
-    @classmethod
-    def of(cls, closure: Closure, driven: Input) -> Structure:
-        """Return the structure of a linkage with an input."""
-        gradient, _ = closure.gradient(driven)
-        if driven.translation:
-            pair = int(np.argmax(np.abs(gradient))) - closure.rotations, -1
-        else:
-            pair = closure.class_of[driven.link], closure.class_of[driven.relative_to]
-        return cls(
-            tuple(map(tuple, (closure.matrix != 0).tolist())),
-            tuple(map(tuple, (closure.slides != 0).tolist())),
-            tuple(int(k) for k in closure.slide_class),
-            tuple(tuple(int(c) for c in row) for row in closure.gears),
-            pair,
-        )
-
-    def lonely_slides(self) -> tuple[int, ...]:
-        """Displacements that are alone in one loop and in no other: they are eliminated by hand."""
-        driven = self.driven[0] if self.driven[1] < 0 else -1
-        return tuple(
-            j
-            for j in range(len(self.slide_class))
-            if j != driven and [sum(row) for row in self.slid if row[j]] == [1]
-        )
-
-    def kept_slides(self) -> list[int]:
-        """Displacements that stay unknowns."""
-        driven = self.driven[0] if self.driven[1] < 0 else -1
-        return [j for j in range(len(self.slide_class)) if j != driven and j not in self.lonely_slides()]
 
 
 def assemblies(linkage: Linkage, driven: Input | str, value: float, seed: int = 0) -> Assemblies:
@@ -117,181 +71,93 @@ def assemblies(linkage: Linkage, driven: Input | str, value: float, seed: int = 
     >>> assemblies(four_bar, Input("crank"), 0.3)
     Assemblies(2 real, 0 complex)
     """
+    from solvers import solve
+
     if isinstance(driven, str):
         driven = linkage.inputs[driven]
+    start = generic_assemblies(linkage, driven)
+    closure = Closure.of(linkage)
+    structure = Structure.of(closure, driven)
+    given = _given(closure, driven, value)
+    solutions = solve(
+        _system(structure),
+        np.array([*dimensions(structure, closure), *given]),
+        start=start,
+        seed=seed,
+        certificates=False,
+    )
+    z, w, s = _unpacked(structure, solutions.points, given)
+    x, _ = real_configurations(structure, closure, z, w, s)
+    order = sorted(range(len(x)), key=lambda i: tuple(float(v) for v in np.round(x[i], 9)))
+    return Assemblies(x[order], len(solutions.points) - len(x), solutions.ledger)
+
+
+def generic_assemblies(linkage: Linkage, driven: Input) -> Solutions:
+    """Return the solutions at random dimensions of the same structure, solved once and kept; how many there
+    are is
+    the number of assemblies, real and complex, of nearly every linkage of the structure."""
     linkage.check_input(driven)
     closure = Closure.of(linkage)
     need_one_freedom(closure)
     structure = Structure.of(closure, driven)
-    system, _ = _system(structure)
-    from solvers.solve import solve
-
-    sign_unit = _input_unit(closure, driven)
-    target = _numbers(structure, closure, closure, value / sign_unit)
-    solutions = solve(system, target, start=generic_solutions(linkage, driven), seed=seed, certificates=False)
-    x, others = _real(structure, closure, solutions.points, value / sign_unit)
-    return Assemblies(x, others, solutions.ledger)
+    if structure not in _GENERIC:
+        _GENERIC[structure] = generic(_system(structure), structure, linkage, more=1)
+    return _GENERIC[structure]
 
 
-def generic_solutions(linkage: Linkage, driven: Input) -> Solutions:
-    """Return the solutions for random complex dimensions of the same structure, solved once and kept."""
-    return _generic(Structure.of(Closure.of(linkage), driven), _Frozen(linkage))
-
-
-class _Frozen:
-    """A linkage that is equal to any other, so that the cache below looks at the structure alone."""
-
-    def __init__(self, linkage: Linkage) -> None:
-        self.linkage = linkage
-
-    def __hash__(self) -> int:
-        return 0
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Frozen)
-
-
-@lru_cache(maxsize=256)
-def _generic(structure: Structure, frozen: _Frozen) -> Solutions:
-    from solvers.solve import solve
-
-    system, _ = _system(structure)
-    rng = np.random.default_rng(20)
-    first, second = (Closure.of(_shaken(frozen.linkage, rng)) for _ in range(2))
-    value = rng.normal() + 1j * rng.normal()
-    return solve(system, _numbers(structure, first, second, value), seed=0, certificates=False)
-
-
-def _shaken(linkage: Linkage, rng: np.random.Generator) -> Linkage:
-    """The same graph with random dimensions: two of them stand for the dimensions and their conjugates."""
-
-    def anywhere() -> complex:
-        return complex(*rng.normal(size=2))
-
-    from dataclasses import replace
-
-    return replace(
-        linkage,
-        points={name: anywhere() for name in linkage.points},
-        sliders=[replace(slider, direction=anywhere()) for slider in linkage.sliders],
-        slots=[replace(slot, direction=anywhere()) for slot in linkage.slots],
-    )
-
-
-def _input_unit(closure: Closure, driven: Input) -> float:
+def _given(closure: Closure, driven: Input, value: float) -> list[complex]:
+    """Return the parameter that stands for the input: e^{i·value}, or the displacement over the scale."""
     gradient, unit = closure.gradient(driven)
-    return unit * float(gradient.sum()) if driven.translation else unit
+    if driven.translation:
+        return [value / unit * float(gradient.sum())]
+    return [complex(np.exp(1j * value))]
 
 
-@lru_cache(maxsize=256)
-def _system(structure: Structure) -> tuple[System, tuple[Any, ...]]:
-    """Return the polynomial system of a structure, with its parameters in the order of :func:`_numbers`."""
+def _system(structure: Structure) -> System:
+    if structure in _SYSTEMS:
+        return _SYSTEMS[structure]
     import sympy as sp
 
-    from solvers.system import System
+    from solvers import System
 
-    loops, rotations = len(structure.turned), len(structure.turned[0])
-    count = len(structure.slide_class)
+    poly = closure_polynomials(structure)
     link, base = structure.driven
-    translation = base < 0
-    z = [*sp.symbols(f"z:{rotations}"), sp.Integer(1)]
-    w = [*sp.symbols(f"w:{rotations}"), sp.Integer(1)]
-    s = list(sp.symbols(f"s:{count}"))
-    unknown_z = [k for k in range(rotations) if translation or k != link]
-    u, v = sp.symbols("u v")  # e^{i·input} and its conjugate, or the displacement
-    if translation:
-        s[link] = u
-    elif link < rotations:
-        z[link], w[link] = u * z[base], v * w[base]
-    else:  # the ground is driven against a moving link
-        z[base], w[base] = v, u
-        unknown_z.remove(base)
-    alone = structure.lonely_slides()
-    parameters: list[Any] = []
-    sides: list[list[tuple[Any, Any]]] = []  # of each loop: the sum without, and the factor of, a lonely slide
-    for e, name in ((z, "a"), (w, "b")):
-        side = []
-        for l in range(loops):
-            parameters.append(sp.Symbol(f"{name}c{l}"))
-            total, factor = parameters[-1], sp.Integer(0)
-            for k in range(rotations):
-                if structure.turned[l][k]:
-                    parameters.append(sp.Symbol(f"{name}{l}_{k}"))
-                    total += parameters[-1] * e[k]
-            for j in range(count):
-                if structure.slid[l][j]:
-                    parameters.append(sp.Symbol(f"{name}s{l}_{j}"))
-                    factor = parameters[-1] * e[structure.slide_class[j]]
-                    total += 0 if j in alone else factor * s[j]
-            side.append((total, factor))
-        sides.append(side)
-    equations: list[Any] = []
-    for l, (loop, conjugate) in enumerate(zip(*sides)):
-        if any(structure.slid[l][j] for j in alone):
-            # total + s·factor = 0 and its conjugate, with the real s eliminated.
-            equations.append(loop[0] * conjugate[1] - conjugate[0] * loop[1])
-        else:
-            equations += [loop[0], conjugate[0]]
-    for row in structure.gears:
-        left = sp.prod([z[k] ** c for k, c in enumerate(row) if c > 0])
-        left *= sp.prod([w[k] ** -c for k, c in enumerate(row) if c < 0])
-        equations.append(left - 1)
-    equations += [z[k] * w[k] - 1 for k in unknown_z]
-    parameters += [u] if translation else [u, v]
-    slides = [s[j] for j in structure.kept_slides()]
-    groups = [[z[k] for k in unknown_z], [w[k] for k in unknown_z]] + ([slides] if slides else [])
+    u = sp.Symbol("u")
+    swap: dict[Any, Any] = {}
+    if base < 0:
+        swap[poly.s[link]] = u
+    elif link < structure.rotations:
+        swap |= {poly.z[link]: u * poly.z[base], poly.w[link]: poly.w[base] / u}
+    else:  # the ground against a moving link: that link turns the other way
+        swap |= {poly.z[base]: 1 / u, poly.w[base]: u}
+    free = _free_rotations(structure)
+    equations = [e.subs(swap) for e in poly.loops] + [poly.z[k] * poly.w[k] - 1 for k in free]
+    slides = [s for j, s in poly.s.items() if not (base < 0 and j == link)]
+    groups = [[poly.z[k] for k in free], [poly.w[k] for k in free]] + ([slides] if slides else [])
     unknowns = [symbol for group in groups for symbol in group]
-    return System(equations, unknowns, parameters, groups=groups), tuple(parameters)
+    _SYSTEMS[structure] = System(equations, unknowns, [*poly.parameters, u], groups=groups)
+    return _SYSTEMS[structure]
 
 
-def _numbers(structure: Structure, closure: Closure, conjugate: Closure, value: complex) -> np.ndarray:
-    """Return the parameters: dimensions of one closure, conjugated dimensions of another, and the input."""
-    values: list[complex] = []
-    for source, flip in ((closure, False), (conjugate, True)):
-        for l, row in enumerate(structure.turned):
-            numbers = [source.constant[l]]
-            numbers += [source.matrix[l, k] for k, there in enumerate(row) if there]
-            numbers += [source.slides[l, j] for j, there in enumerate(structure.slid[l]) if there]
-            values += [np.conj(n) if flip else n for n in numbers]
-    if structure.driven[1] < 0:
-        return np.array([*values, value])
-    return np.array([*values, np.exp(1j * value), np.exp(-1j * value)])
-
-
-def _real(structure: Structure, closure: Closure, points: np.ndarray, value: float) -> tuple[np.ndarray, int]:
-    """Return the real configurations among the roots, sorted, and the number of the others."""
+def _free_rotations(structure: Structure) -> list[int]:
     link, base = structure.driven
-    rotations, translation = closure.rotations, base < 0
-    unknown = [k for k in range(rotations) if translation or k != (link if link < rotations else base)]
-    slides = structure.kept_slides()
-    found: list[np.ndarray] = []
-    others = 0
-    for point in points:
-        z, w, s = np.split(point, [len(unknown), 2 * len(unknown)])
-        size = max(1.0, float(np.abs(point).max()))
-        if max(np.abs(w - z.conj()).max(initial=0.0), np.abs(s.imag).max(initial=0.0)) > NEARLY_REAL * size:
-            others += 1
-            continue
-        x = np.zeros(closure.size)
-        x[unknown] = np.angle(z)
-        x[[rotations + j for j in slides]] = s.real
-        if translation:
-            x[rotations + link] = value
-        elif link < rotations:
-            x[link] = value + (x[base] if base < rotations else 0.0)
-        else:
-            x[base] = -value
-        if structure.lonely_slides():
-            x = closure.with_displacements(x)
-        x, moved = settle(closure, x)
-        if not math.isfinite(moved):
-            others += 1
-            continue
-        found.append(wrap(closure, x))
-    found.sort(key=lambda x: tuple(np.round(x, 9)))
-    return np.array(found).reshape(-1, closure.size), others
+    given = -1 if base < 0 else link if link < structure.rotations else base
+    return [k for k in range(structure.rotations) if k != given]
 
 
-def by_rotation(closure: Closure, x: np.ndarray) -> list[Mapping[str, float]]:
-    """Return configurations (k, n) as mappings from link to rotation, as ``judge`` takes them."""
-    return [{k: float(v) for k, v in closure.link_rotations(row).items()} for row in x]
+def _unpacked(
+    structure: Structure, points: np.ndarray, given: list[complex]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return z, w, s of all solutions, with the input's own put back."""
+    link, base = structure.driven
+    free, r = _free_rotations(structure), structure.rotations
+    z, w = np.ones((2, len(points), r + 1), dtype=complex)
+    z[:, free], w[:, free] = points[:, : len(free)], points[:, len(free) : 2 * len(free)]
+    s = points[:, 2 * len(free) :]
+    if base < 0:
+        s = np.insert(s, structure.kept_slides().index(link), given[0], axis=1)
+    elif link < r:
+        z[:, link], w[:, link] = given[0] * z[:, base], w[:, base] / given[0]
+    else:
+        z[:, base], w[:, base] = 1 / given[0], given[0]
+    return z[:, :r], w[:, :r], s

@@ -135,6 +135,8 @@ class Circuit:
             tau = np.array(cuts) * self.step[arc]
             where = (*kernel(self.closure), self.x[arc], self.tangent[arc], self.bend[arc])
             signs = tube.on_arc(*where, tau)[1] @ gradient
+            # A node may stand in a dead centre: both arcs that meet there must see the same sign.
+            signs[0], signs[-1] = rate[arc], rate[arc + 1]
             for low, high, p, q in zip(tau[:-1], tau[1:], signs[:-1], signs[1:]):
                 if (p > 0) != (q > 0):
                     places.append(arc + tube.turning(*where, low, high, gradient) / self.step[arc])

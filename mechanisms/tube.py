@@ -28,6 +28,7 @@ WIDEST = 0.1  # radius of a tube
 SLACK = 0.5  # LONGEST + WIDEST
 SHORTEST = 1e-9  # a shorter step means a double point of the curve, for double precision
 FAR = 1e3  # a displacement of so many linkage sizes counts as infinite
+LEAST_BOUND = 1e-12  # stands for a bound that is zero: a chain of gears without loops has straight curves
 NEWTON = 8  # iterations; two or three are usual
 
 
@@ -220,6 +221,7 @@ def step_rule(kt, k1, k0, eps, longest):
     """Return (h, r): a step and the radius of its tube, h = 0 if there is none."""
     if k0 * eps > 1e-3:
         return 0.0, 0.0
+    kt, k0 = max(kt, LEAST_BOUND), max(k0, LEAST_BOUND)
     h = min(longest, MARGIN / (k1 + np.sqrt(2 * k0 * kt)))
     for _ in range(60):
         half = (1 - k1 * h) / (2 * k0)
@@ -381,10 +383,8 @@ def turning(a, b, slot, c, gears, x, t, d, low, high, g):
     ends = np.array([low, high])
     _, ts = on_arc(a, b, slot, c, gears, x, t, d, ends)
     p, q = ts[0] @ g, ts[1] @ g
-    if p == 0.0:
-        return low
-    if q == 0.0:
-        return high
+    if (p > 0) == (q > 0):  # an end stands in the dead centre, and rounding took its sign
+        return low if abs(p) < abs(q) else high
     kept = 0  # which end the last step kept: Illinois halves its value when it is kept twice
     for _ in range(80):
         if high - low < 1e-14:
