@@ -336,8 +336,10 @@ def funnel(designs: Sequence[Design], task: Task, roots: int | None) -> list[dic
     list of {"stage", "left", "removed"}
         Roots first; from the stage ``"designs"`` on, designs: a root may give several.
     """
-    ids = {design.root for design in designs}
-    by_root = {root: [design for design in designs if design.root == root] for root in ids}
+    by_root: dict[int | None, list[Design]] = {}
+    for design in designs:
+        for root in design.extra.get("roots", [design.root]):  # a pair of dyads stands on two roots
+            by_root.setdefault(root, []).append(design)
     stages: list[dict[str, Any]] = []
     left = dict(by_root)
     if roots is not None:
@@ -346,7 +348,7 @@ def funnel(designs: Sequence[Design], task: Task, roots: int | None) -> list[dic
             gone = [root for root, group in left.items() if all(code in design.reasons for design in group)]
             left = {root: group for root, group in left.items() if root not in gone}
             stages.append({"stage": name, "left": len(left), "removed": {code: len(gone)} if gone else {}})
-    standing = [design for group in left.values() for design in group]
+    standing = list({design.id: design for group in left.values() for design in group}.values())
     stages.append({"stage": "designs", "left": len(standing), "removed": {}})
     wanted = {key: f"constraint:{key}" for key in task.constraints if CONSTRAINTS[key].holds is not None}
     tests: list[tuple[str, str]] = [("degenerate", "not degenerate"), ("complex", "real"), ("inexact", "exact")]

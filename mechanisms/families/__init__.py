@@ -12,6 +12,7 @@ from mechanisms.families.base import Candidate, Family, Free, Problem
 #: name in a task file -> "module:class"
 TABLE: dict[str, str] = {
     "watt2-two-effectors": "mechanisms.families.watt2_two_effectors:Watt2TwoEffectors",
+    "four-bar-motion": "mechanisms.families.four_bar_motion:FourBarMotion",
 }
 
 __all__ = ["TABLE", "Candidate", "Family", "Free", "Problem", "family", "names"]

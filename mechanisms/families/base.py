@@ -92,26 +92,38 @@ class Problem:
         found.
     trivial : int
         How many of them are known in closed form to be no linkage.
-    start : str
-        The start system to ask of ``solvers.solve``.
+    start : str or Solutions
+        The start system to ask of ``solvers.solve``, or generic solutions to begin with.
     evidence : str
         Where `finite` comes from.
     mirror : Mirror
         What complex conjugation of the linkage does to a root; its fixed points are the real designs.
         ``CONJUGATION`` for real coordinates, ``UNIT_NUMBERS`` for e^{iθ}, ``exchange`` for isotropic pairs.
+    catalogue : str or None
+        The name of generic solutions of the same system in `mechanisms.catalogue`: shipped ones, unless the user
+        asked to do without, else new ones by monodromy.
     """
 
     system: System
     parameters: Sequence[complex] = ()
     finite: int | None = None
     trivial: int = 0
-    start: str = "auto"
+    start: str | Solutions = "auto"
     evidence: str = ""
     mirror: Mirror = CONJUGATION
+    catalogue: str | None = None
 
     def real(self, points: NDArray[Any]) -> NDArray[np.bool_]:
         """Which of all the roots of a task are real designs, (n, k) to (n,); see `real_roots`."""
         return real_roots(points, self.mirror)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A problem with its roots: most tasks have one, those solved in parts several."""
+
+    problem: Problem
+    solutions: Solutions
 
 
 @dataclass(frozen=True)
@@ -221,6 +233,23 @@ class Family:
     def system(self, task: Task) -> Problem | None:
         """The polynomials of the task, or None when its designs need no polynomial solve."""
         raise NotImplementedError
+
+    def solve(self, task: Task, solver: Callable[[Problem], Solutions]) -> list[Solved]:
+        """Solve the polynomials of the task; a family that needs several systems overrides this and `designs_of`.
+
+        Parameters
+        ----------
+        solver : callable
+            Solves one problem as the user asked: start, workers, run file.
+        """
+        problem = self.system(task)
+        return [] if problem is None else [Solved(problem, solver(problem))]
+
+    def designs_of(
+        self, task: Task, solved: Sequence[Solved], progress: Callable[[str, float], None] | None = None
+    ) -> Iterator[Candidate]:
+        """The candidates of everything that `solve` returned; by default `candidates` of the one set of roots."""
+        return self.candidates(task, solved[0].solutions if solved else None, progress)
 
     def candidates(
         self,

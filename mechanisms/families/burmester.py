@@ -218,7 +218,9 @@ def dyad_of_root(poses: Poses, point: NDArray[Any], root: int | None = None) -> 
         fixed = poses.points[0] + poses.size * big / g
         return MotionDyad("RP", complex(fixed), complex(1j * z / abs(z)), root)
     z, big = _polished(poses, z / w, big / g)
-    return MotionDyad("RR", complex(poses.points[0] + poses.size * big), complex(poses.points[0] + poses.size * z), root)
+    return MotionDyad(
+        "RR", complex(poses.points[0] + poses.size * big), complex(poses.points[0] + poses.size * z), root
+    )
 
 
 def _polished(poses: Poses, z: complex, big: complex) -> tuple[complex, complex]:

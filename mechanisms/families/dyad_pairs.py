@@ -1,0 +1,232 @@
+"""Two dyads make a linkage of four links: four-bar, slider-crank, inverted slider-crank, double slider.
+
+The side that drives better is called the crank: fewer defects first, then a full turn, then the larger
+transmission angle.  Both sides stay inputs, so that the other choice is judged too.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanisms.families.base import BODY, Candidate
+from mechanisms.families.motion_dyads import MotionDyad, Poses, grashof_type
+from mechanisms.fourbar import judge_four_bars
+from mechanisms.linkage import GROUND, Input, Linkage, Slider
+
+__all__ = ["INPUTS", "KINDS", "four_bar_verdicts", "pair_candidate", "pair_candidates", "pair_linkage"]
+
+#: The links that may be driven.
+INPUTS = ("crank", "follower")
+#: What two dyads make, the crank's kind first.
+KINDS = {
+    ("RR", "RR"): "four-bar",
+    ("RR", "PR"): "slider-crank",
+    ("RR", "RP"): "inverted slider-crank",
+    ("RP", "RP"): "double inverted slider",
+    ("RP", "PR"): "slide and swinging block",
+    ("PR", "PR"): "double slider",
+}
+#: Pivots nearer than this part of the poses' size coincide: the linkage is a pendulum.
+COINCIDE = 1e-9
+#: Which kind of dyad is driven when the two differ.
+_DRIVEN_FIRST = ("RR", "RP", "PR", "PP")
+
+
+def pair_linkage(
+    poses: Poses, crank: MotionDyad, follower: MotionDyad, title: str = "", length_unit: str = ""
+) -> tuple[Linkage, list[dict[str, float]]]:
+    """The linkage of two dyads in pose 0, and its configuration in every pose.
+
+    Parameters
+    ----------
+    poses : Poses
+    crank, follower : MotionDyad
+
+    Returns
+    -------
+    linkage : Linkage
+        Fixed pivots O1, O2, moving pivots A1, A2, body point P; links crank, coupler, follower.
+    configurations : list of {link: rotation}
+
+    Examples
+    --------
+    >>> poses = Poses.of([(0, 1, 0), (1, 1, -30)])
+    >>> pair_linkage(poses, MotionDyad("RR", 0j, 1j), MotionDyad("PR", 1 + 0j, 2 + 0j))[0]
+    Linkage(4 links, 4 points, 3 revolute joints, 1 slider, 1 degree of freedom)
+    """
+    points: dict[str, complex] = {}
+    links: dict[str, list[str]] = {GROUND: [], "crank": [], "coupler": [], "follower": []}
+    sliders: list[Slider] = []
+    inputs: dict[str, Input] = {}
+    turns: dict[str, NDArray[np.float64]] = {}
+    for number, name, dyad in ((1, "crank", crank), (2, "follower", follower)):
+        fixed, moving = f"O{number}", f"A{number}"
+        if dyad.kind in ("RR", "RP"):
+            points[fixed] = dyad.fixed
+            links[GROUND].append(fixed)
+            links[name].append(fixed)
+        if dyad.kind in ("RR", "PR"):
+            points[moving] = dyad.moving
+            links[name].append(moving)
+            links["coupler"].append(moving)
+        if dyad.kind == "PR":
+            sliders.append(Slider(GROUND, name, dyad.fixed, at=moving))
+        if dyad.kind == "RP":
+            sliders.append(Slider(name, "coupler", dyad.moving, at=fixed))
+        inputs[name] = Input(name, translation=dyad.kind == "PR")
+        turns[name] = dyad.turns(poses)
+    points["P"] = complex(poses.points[0])
+    links["coupler"].append("P")
+    linkage = Linkage(
+        points=points,
+        links=links,
+        sliders=sliders,
+        bodies={BODY: ("coupler", "P")},
+        inputs=inputs,
+        title=title,
+        length_unit=length_unit,
+    )
+    turns["coupler"] = poses.angles
+    order = ("crank", "coupler", "follower")
+    return linkage, [{name: float(turns[name][pose]) for name in order} for pose in range(len(poses))]
+
+
+def four_bar_verdicts(
+    poses: Poses, fixed: tuple[Any, Any], moving: tuple[Any, Any]
+) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]]]:
+    """Verdicts on many four-bars at once, driven at the first dyad and at the second.
+
+    Parameters
+    ----------
+    poses : Poses
+    fixed, moving : pairs of (n,) complex arrays
+        Fixed and moving pivots, in pose 0, of the first and of the second dyads.
+
+    Returns
+    -------
+    pair of dict of str to (n,) array
+        As `mechanisms.fourbar.judge_four_bars`.
+    """
+    o1, o2, a1, a2 = (np.atleast_1d(np.asarray(z, dtype=complex)) for z in (*fixed, *moving))
+    joints = np.stack([o1, a1, a2, o2], axis=-1)
+    rotations = np.empty((len(o1), len(poses), 3))
+    for column, (pivot, tip) in ((0, (o1, a1)), (2, (o2, a2))):
+        arms = poses.carry(tip) - pivot[:, None]
+        rotations[:, :, column] = np.angle(arms / arms[:, :1])
+    rotations[:, :, 1] = poses.angles
+    return judge_four_bars(joints, rotations, "crank"), judge_four_bars(joints, rotations, "follower")
+
+
+def score(verdict: Mapping[str, Any]) -> Any:
+    """One number that puts verdicts in order: defects, then a full turn, then the transmission angle."""
+    steps = [verdict[key] for key in ("same_circuit", "same_branch", "in_order", "full_rotation")]
+    value = 0.0
+    for step in steps:
+        value = 2 * value + np.asarray(step, dtype=float)
+    return value + np.asarray(verdict["min_transmission_deg"]) / 180
+
+
+def pair_candidates(
+    poses: Poses, dyads: Sequence[MotionDyad], title: str = "", length_unit: str = ""
+) -> Iterator[Candidate]:
+    """A candidate for every pair of dyads: six for four of them."""
+    for first, second in itertools.combinations(dyads, 2):
+        yield pair_candidate(poses, first, second, title, length_unit)
+
+
+def pair_candidate(
+    poses: Poses,
+    first: MotionDyad,
+    second: MotionDyad,
+    title: str = "",
+    length_unit: str = "",
+    extra: Mapping[str, Any] | None = None,
+    note: str = "",
+) -> Candidate:
+    """Two dyads as a candidate, the better driver as the crank; `extra` and `note` are added to what it says."""
+    crank, follower = _driver_first(poses, first, second)
+    parameters, angles = _parameters(crank, follower)
+    roots = [dyad.root for dyad in (crank, follower) if dyad.root is not None]
+    more: dict[str, Any] = {"roots": roots} if roots else {}
+    root = min(roots, default=None)
+    why = _degenerate(poses, crank, follower)
+    if why:
+        return Candidate(root, parameters, reasons=("degenerate",), note=why, angles=angles, extra=more)
+    kind = KINDS[crank.kind, follower.kind]
+    words = kind
+    if kind == "four-bar":
+        lengths = (
+            abs(crank.fixed - follower.fixed),
+            crank.length,
+            abs(crank.moving - follower.moving),
+            follower.length,
+        )
+        words = grashof_type(*lengths)
+        shortest, *middle, longest = sorted(lengths)
+        more["grashof_margin"] = (sum(middle) - shortest - longest) / sum(lengths)
+    linkage, configurations = pair_linkage(poses, crank, follower, title, length_unit)
+    return Candidate(
+        root,
+        parameters,
+        linkage,
+        configurations,
+        note=f"{words}; {note}" if note else words,
+        angles=angles,
+        extra={**more, "kind": kind, **(extra or {})},
+    )
+
+
+def _driver_first(poses: Poses, first: MotionDyad, second: MotionDyad) -> tuple[MotionDyad, MotionDyad]:
+    ranks = [_DRIVEN_FIRST.index(dyad.kind) for dyad in (first, second)]
+    if ranks[0] != ranks[1]:
+        return (first, second) if ranks[0] < ranks[1] else (second, first)
+    if first.kind != "RR" or _degenerate(poses, first, second):
+        return first, second
+    verdicts = four_bar_verdicts(poses, (first.fixed, second.fixed), (first.moving, second.moving))
+    return (first, second) if score(verdicts[0])[0] >= score(verdicts[1])[0] else (second, first)
+
+
+def _degenerate(poses: Poses, crank: MotionDyad, follower: MotionDyad) -> str:
+    """Why two dyads make no linkage of four links, or nothing."""
+    near = COINCIDE * poses.size
+    for dyad in (crank, follower):
+        if dyad.kind == "PP":
+            return "two slides in series carry the body alone; no second dyad is needed"
+        if dyad.length < near:
+            return "a link without length: the body is pinned to the frame"
+    if crank.kind[0] == follower.kind[0] == "R" and abs(crank.fixed - follower.fixed) < near:
+        return "both dyads turn about one fixed pivot, so that the linkage turns as a whole"
+    if crank.kind[1] == follower.kind[1] == "R" and abs(crank.moving - follower.moving) < near:
+        return "both dyads hold one point of the body, so that its angle is free"
+    if crank.kind == follower.kind == "PR" and abs((crank.fixed * follower.fixed.conjugate()).imag) < COINCIDE:
+        return "both sliders move in one direction, so that the body is only translated"
+    if crank.kind == follower.kind == "RP" and abs((crank.moving * follower.moving.conjugate()).imag) < COINCIDE:
+        return "the body slides in both blocks in one direction, so that it only slides"
+    return ""
+
+
+def _parameters(crank: MotionDyad, follower: MotionDyad) -> tuple[dict[str, complex], frozenset[str]]:
+    """Pivots by the names of the points; directions of slides as angles."""
+    named: dict[str, complex] = {}
+    angles = set()
+    for number, dyad in ((1, crank), (2, follower)):
+        for letter, joint, value in (("O", dyad.kind[0], dyad.fixed), ("A", dyad.kind[1], dyad.moving)):
+            if joint == "R":
+                named[f"{letter}{number}"] = complex(value)
+            else:
+                named[f"{letter}{number}_slide"] = float(np.angle(value * (1 if value.imag >= 0 else -1)))
+                angles.add(f"{letter}{number}_slide")
+    return named, frozenset(angles)
+
+
+def both_sides(verdicts: Iterable[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """Of the verdicts on two driving sides, for each linkage the better one; ``side`` says which (0 or 1)."""
+    first, second = verdicts
+    side = (score(second) > score(first)).astype(int)
+    chosen = {key: np.where(side == 0, first[key], second[key]) for key in first}
+    return {**chosen, "side": side}
