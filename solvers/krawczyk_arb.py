@@ -20,8 +20,10 @@ from solvers.krawczyk import INFLATIONS, NEAR, NEAR_ORIGIN, Question
 ARB_STEPS = 12
 #: Newton converges at least this fast to a simple root near which it starts; to a double root the ratio is 1/2.
 ARB_RATIO = 0.3
-#: From this precision on, a Jacobian whose condition takes three quarters of the bits counts as singular: a start of
-#: 53 bits does not tell roots of a condition of 10^57 apart, and a singular one would ask for ever more bits.
+#: Steps that stop shrinking above this relative length are no rounding error: there is no simple root.
+LONG_STEP = 1e-6
+#: From this precision on, a Jacobian whose condition takes three quarters of the bits counts as singular: a start
+#: of 53 bits does not tell roots of a condition of 10^57 apart, and a singular one would ask for ever more bits.
 SINGULAR_BITS = 256
 
 
@@ -110,19 +112,24 @@ def _newton_arb(run: Any, point: Sequence[Any], bits: int) -> list[Any]:
     first, last = None, None
     for _ in range(ARB_STEPS):
         F, J = run(x)
+        zeros = [z.contains(0) for z in F.entries()]
+        if all(zeros):  # a root as far as these bits can tell
+            return x
+        # Steps out of rounding errors say nothing about the point: more bits will.
+        doubt = ZeroDivisionError if any(zeros) else NotNearRoot
         dx = J.mid().solve(F.mid(), algorithm="approx")
         x = [(z - d).mid() for z, d in zip(x, dx.entries())]
         length, size = _length(dx), max(float(abs(z)) for z in x)
         if not np.isfinite(length):
-            raise NotNearRoot
+            raise doubt
         if first is None:
             first = length
             if length > NEAR * size and length > NEAR_ORIGIN:
-                raise NotNearRoot
+                raise doubt
         if length <= size * 2.0 ** (-0.6 * bits):  # the error left is the square of this
             return x
         if last is not None and length > ARB_RATIO * last:
-            raise NotNearRoot if length > 1e-6 * size else ZeroDivisionError
+            raise doubt if length > LONG_STEP * size else ZeroDivisionError
         last = length
     raise ZeroDivisionError
 
