@@ -158,7 +158,7 @@ def generic_dyads(seed: int = 0) -> Solutions:
     >>> generic_dyads().points.shape
     (4, 4)
     """
-    from solvers import solve
+    from solvers.solve import solve
 
     rng = np.random.default_rng([2010, seed])
     values = rng.normal(size=16) + 1j * rng.normal(size=16)
@@ -192,7 +192,7 @@ def five_pose_dyads(poses: Poses, seed: int = 0) -> list[MotionDyad]:
     True
     """
     from mechanisms.families.reality import real_roots
-    from solvers import solve
+    from solvers.solve import solve
 
     found = solve(projective_system(), dyad_parameters(poses), generic_dyads(seed), certificates=False)
     real = real_roots(found.points, MIRROR)

@@ -125,7 +125,7 @@ def four_bar_verdicts(
 def score(verdict: Mapping[str, Any]) -> Any:
     """One number that puts verdicts in order: defects, then a full turn, then the transmission angle."""
     steps = [verdict[key] for key in ("same_circuit", "same_branch", "in_order", "full_rotation")]
-    value = 0.0
+    value: Any = 0.0
     for step in steps:
         value = 2 * value + np.asarray(step, dtype=float)
     return value + np.asarray(verdict["min_transmission_deg"]) / 180

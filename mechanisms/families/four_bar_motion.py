@@ -87,12 +87,12 @@ def refuse_special_motions(task: Task) -> None:
         return
     if poses.parallel:
         raise TaskError(
-            f"{task.where}: poses: the body never turns; two crossed slides carry it, and no dyad of two pins does "
-            f"unless all positions lie on one circle; turn it in one of its poses"
+            f"{task.where}: poses: the body never turns; two crossed slides carry it, and no dyad of two pins "
+            f"does unless all positions lie on one circle; turn it in one of its poses"
         )
     pole = common_pole(poses)
     if pole is not None:
         raise TaskError(
-            f"{task.where}: poses: the body only turns about the point ({pole.real:g}, {pole.imag:g}); pin it there, "
-            f"no linkage is needed"
+            f"{task.where}: poses: the body only turns about the point ({pole.real:g}, {pole.imag:g}); pin it "
+            f"there, no linkage is needed"
         )

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import cmath
+from functools import partial
 
 import numpy as np
 
 from mechanisms.families.motion_dyads import MotionDyad, Poses
 
 
-def _meet(tip: complex, radius: float, center: complex, other: float, side: int) -> complex | None:
+def _meet(tip: complex, side: int, radius: float, center: complex, other: float) -> complex | None:
     d = abs(center - tip)
     if not abs(radius - other) < d < radius + other:
         return None
     along = (radius**2 - other**2 + d**2) / (2 * d)
     return tip + (center - tip) / d * (along + 1j * side * np.sqrt(radius**2 - along**2))
+
+
+def _slide(tip: complex, side: int, radius: float, place: complex, line: complex) -> complex | None:
+    foot = place + line * ((tip - place) * line.conjugate()).real
+    height = abs(tip - foot)
+    return foot + side * line * np.sqrt(radius**2 - height**2) if height < radius else None
 
 
 def _poses(rng, count, o1, a1, a2, place_of_a2, start=None):
@@ -39,7 +46,7 @@ def four_bar_poses(rng, count=5):
     while True:
         o1, o2, a1, a2 = (complex(*rng.uniform(-1, 1, 2)) for _ in range(4))
         coupler, rocker = abs(a2 - a1), abs(a2 - o2)
-        poses = _poses(rng, count, o1, a1, a2, lambda tip, side: _meet(tip, coupler, o2, rocker, side))
+        poses = _poses(rng, count, o1, a1, a2, partial(_meet, radius=coupler, center=o2, other=rocker))
         if poses is not None:
             return poses, [MotionDyad("RR", o1, a1), MotionDyad("RR", o2, a2)]
 
@@ -49,14 +56,7 @@ def slider_crank_poses(rng, count=5):
     while True:
         o1, a1, a2 = (complex(*rng.uniform(-1, 1, 2)) for _ in range(3))
         line = cmath.exp(1j * rng.uniform(0, np.pi))
-        coupler = abs(a2 - a1)
-
-        def slide(tip, side):
-            foot = a2 + line * ((tip - a2) * line.conjugate()).real
-            height = abs(tip - foot)
-            return foot + side * line * np.sqrt(coupler**2 - height**2) if height < coupler else None
-
-        poses = _poses(rng, count, o1, a1, a2, slide)
+        poses = _poses(rng, count, o1, a1, a2, partial(_slide, radius=abs(a2 - a1), place=a2, line=line))
         if poses is not None:
             return poses, [MotionDyad("RR", o1, a1), MotionDyad("PR", line, a2)]
 

@@ -51,7 +51,7 @@ def test_the_sampled_four_bar_is_a_design_with_its_own_verdict():
     ids=["PR", "RP"],
 )
 def test_sliders_become_slider_cranks_that_are_judged(sample, kind):
-    poses, (crank, _) = sample(np.random.default_rng(3))
+    poses, _ = sample(np.random.default_rng(3))
     result = synthesize(task_of(poses))
     kinds = [design.extra.get("kind") for design in result.designs]
     assert kind in kinds
