@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mechanisms import families
 from mechanisms.constraints import ANY_INPUT, violated
 from mechanisms.designs import Design, design_from_candidate, funnel, rank
-from mechanisms.families.base import Family, Problem
+from mechanisms.families.base import Family, Problem, Solved
 from mechanisms.families.reality import proved_real
 from mechanisms.linkage import LinkageError
 from mechanisms.result import DONE, RUNNING, STOPPED, Result, description
@@ -107,42 +107,27 @@ def _synthesize(
 
     stopped = False
     progress("deriving the equations", 0, 1)
-    problem = family.system(task)
-    solutions: Solutions | None = None
-    if problem is not None:
-        from solvers import solve
-        from solvers.tracking import Interrupted
-
-        start = _start(family, problem, task, catalogue)
-        try:
-            solutions = solve(
-                problem.system,
-                problem.parameters,
-                start,
-                jobs,
-                task.seed,
-                backend=backend,
-                checkpoint=store,
-                progress=progress,
-            )
-        except Interrupted as interruption:
-            solutions, stopped = interruption.solutions, True
+    solver = _Solver(family, task, jobs, backend, catalogue, store, progress)
+    try:
+        solved = family.solve(task, solver)
+    except _Stopped:
+        solved, stopped = solver.done, True
     designs: list[Design] = []
     try:
-        for design in _designs(task, family, solutions, jobs, progress):
+        for design in _designs(task, family, solved, jobs, progress):
             designs.append(design)
     except KeyboardInterrupt:
         stopped = True
     result = Result(
         task=task,
         designs=rank(designs),
-        funnel=funnel(designs, task, _count(solutions)),
-        ledger=_ledger(solutions),
-        roots=_roots(problem, solutions, stopped),
+        funnel=funnel(designs, task, _count(solved)),
+        ledger=_ledger(solved),
+        roots=_all_roots(solved, stopped),
         seed=task.seed,
         version=__version__,
         state=STOPPED if stopped else DONE,
-        solutions=solutions,
+        solutions=solved[0].solutions if len(solved) == 1 else None,
     )
     if store is not None:
         result.write_to(store)
@@ -170,19 +155,60 @@ def _open(path: str | Path, resume: bool, task: Task) -> RunFile:
     return store
 
 
-def _start(family: Family, problem: Problem, task: Task, catalogue: bool) -> Any:
-    """The start system the task asks for, else the catalogue's generic solutions, else the family's own choice."""
-    if "start" in task.solve:
-        return task.solve["start"]
-    if catalogue and family.catalogue is not None:
-        from mechanisms.catalogue import load
+class _Stopped(Exception):
+    """The user stopped a solve; what was found is in the solver's `done`."""
 
-        return load(family.catalogue)
-    return problem.start
+
+class _Solver:
+    """Solves problems as the user asked, and remembers them."""
+
+    def __init__(
+        self,
+        family: Family,
+        task: Task,
+        jobs: int,
+        backend: str,
+        catalogue: bool,
+        store: RunFile | None,
+        progress: Progress,
+    ) -> None:
+        self.family, self.task, self.catalogue = family, task, catalogue
+        self.options: dict[str, Any] = {
+            "jobs": jobs,
+            "backend": backend,
+            "checkpoint": store,
+            "progress": progress,
+        }
+        self.done: list[Solved] = []
+
+    def __call__(self, problem: Problem) -> Solutions:
+        from solvers import solve
+        from solvers.tracking import Interrupted
+
+        start = self._start(problem)
+        try:
+            solutions = solve(problem.system, problem.parameters, start, seed=self.task.seed, **self.options)
+        except Interrupted as interruption:
+            self.done.append(Solved(problem, interruption.solutions))
+            raise _Stopped from None
+        self.done.append(Solved(problem, solutions))
+        return solutions
+
+    def _start(self, problem: Problem) -> Any:
+        """The start system the task asks for, else generic solutions, else the family's own choice."""
+        if "start" in self.task.solve:
+            return self.task.solve["start"]
+        name = problem.catalogue or (self.family.catalogue if self.catalogue else None)
+        if name is None:
+            return problem.start
+        from mechanisms.catalogue import generic
+
+        self.options["progress"](f"generic solutions {name}", 0, 1)
+        return generic(name, shipped=self.catalogue)
 
 
 def _designs(
-    task: Task, family: Family, solutions: Solutions | None, jobs: int, progress: Progress
+    task: Task, family: Family, solved: Sequence[Solved], jobs: int, progress: Progress
 ) -> Iterator[Design]:
     """Every candidate as a judged design, in batches, in the order of the roots."""
 
@@ -190,7 +216,7 @@ def _designs(
         progress(what, round(100 * share), 100)
 
     progress("building linkages", 0, 1)
-    candidates = enumerate(family.candidates(task, solutions, told), start=1)
+    candidates = enumerate(family.designs_of(task, solved, told), start=1)
     total = 0
     while batch := list(islice(candidates, BATCH * jobs)):
         drawn = [design_from_candidate(number, candidate, task, family) for number, candidate in batch]
@@ -252,14 +278,28 @@ def _with_reasons(design: Design, reasons: Iterable[str], plain: bool = False) -
     return replace(design, reasons=new) if added else design
 
 
-def _count(solutions: Solutions | None) -> int | None:
-    return None if solutions is None else len(solutions.points)
+def _count(solved: Sequence[Solved]) -> int | None:
+    return sum(len(part.solutions.points) for part in solved) if solved else None
 
 
-def _ledger(solutions: Solutions | None) -> dict[str, int]:
-    if solutions is None:
-        return dict.fromkeys(("tracked", "finite", "singular", "at_infinity", "failed"), 0)
-    return solutions.ledger.as_dict()
+def _ledger(solved: Sequence[Solved]) -> dict[str, int]:
+    names = ("tracked", "finite", "singular", "at_infinity", "failed")
+    return {name: sum(part.solutions.ledger.as_dict()[name] for part in solved) for name in names}
+
+
+def _all_roots(solved: Sequence[Solved], stopped: bool) -> dict[str, Any]:
+    """The counts of the JSON output over all systems that were solved."""
+    if len(solved) <= 1:
+        problem, solutions = (solved[0].problem, solved[0].solutions) if solved else (None, None)
+        return _roots(problem, solutions, stopped)
+    parts = [_roots(part.problem, part.solutions, stopped) for part in solved]
+    complete = [part["complete"] for part in parts]
+    evidence = dict.fromkeys(str(part["evidence"]) for part in parts)
+    return {
+        **{key: sum(part[key] for part in parts) for key in ("count", "real", "certified", "certified_real")},
+        "complete": False if False in complete else (None if None in complete else True),
+        "evidence": f"{len(parts)} systems: {' | '.join(evidence)}",
+    }
 
 
 def _roots(problem: Problem | None, solutions: Solutions | None, stopped: bool) -> dict[str, Any]:
