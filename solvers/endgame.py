@@ -43,6 +43,8 @@ CLOSED = 1e-6
 AGREE = 1e-7
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
 POLE = 1e-10
+#: How far out a direction is tried, and how well the highest terms must cancel there, relative.
+FAR, HIGHEST_TERMS = 1e9, 1e-6
 #: Below this radius exponents that have settled decide alone, for windings beyond the largest.
 EXPONENTS_DECIDE = 1e-9
 #: A coordinate with an exponent below this goes to infinity: 1/24 is the smallest that a loop could show.
@@ -232,6 +234,7 @@ class _Walk:
             agree &= (turns > 0) & (turns == self.turns[rows[ripe]])
             self.mean[rows[ripe]], self.turns[rows[ripe]] = mean, turns
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
+            at_infinity[at_infinity] = self._is_infinite(mean[at_infinity, :-1])
             finite = agree & (order == 0)
             self._close(rows[ripe[at_infinity]], mean[at_infinity, :-1], turns[at_infinity], INFINITE)
             decided[ripe[at_infinity]] = True
@@ -266,6 +269,17 @@ class _Walk:
         residual = F / size
         along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
         return (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
+
+    def _is_infinite(self, direction: np.ndarray) -> np.ndarray:
+        """Whether a limit direction is a root at infinity: there the terms of highest degree cancel.
+
+        Roots that lie along one ray, x = λv with λ^m = c, have a mean of 1/λ that is zero by symmetry as long as
+        the loop surrounds the place where λ would be infinite; but then the highest terms do not vanish at v.
+        """
+        far = FAR * direction / np.abs(direction).max(axis=1, keepdims=True)
+        F, _ = evaluate(self.program, far, self.target)
+        residual = np.abs(F) / magnitudes(self.program, far, self.target)
+        return residual.max(axis=1, initial=0.0) < HIGHEST_TERMS
 
     def _loop(
         self, points: np.ndarray, radius: float, rows: np.ndarray
