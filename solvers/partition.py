@@ -18,11 +18,12 @@ import numpy as np
 
 from solvers.system import PRIME, System, _degree_bounds, _replay_modular
 
-#: There are 4140 partitions of 8 unknowns, 21147 of 9: the exhaustive search stays below a second up to 8.
-EXHAUSTIVE_UNKNOWNS = 8
-#: Steps of the recursion that the local search may spend, about a second's worth. Counted, not timed, so that
-#: the answer does not depend on the machine.
-LOCAL_SEARCH_BUDGET = 3_000_000
+#: How many partitions there are of 0, 1, 2, … unknowns (Bell's numbers), and steps that one costs per unknown.
+BELL = (1, 1, 2, 5, 15, 52, 203, 877, 4140)
+STEPS_PER_UNKNOWN = 10
+#: Steps of the recursion that a search may spend, about a second's worth. Counted, not timed, so that the answer
+#: does not depend on the machine. All partitions are looked at if that is within the budget.
+SEARCH_BUDGET = 3_000_000
 
 Groups = tuple[tuple[int, ...], ...]
 
@@ -107,10 +108,11 @@ def partition_of(system: System, groups: Sequence[Sequence[int]]) -> Partition:
     return Partition(checked, degrees, multihomogeneous_bezout(degrees, sizes))
 
 
-def best_partition(system: System, budget: int = LOCAL_SEARCH_BUDGET) -> Partition:
+def best_partition(system: System, budget: int = SEARCH_BUDGET) -> Partition:
     """The partition of the unknowns with the fewest paths that the search finds.
 
-    All partitions up to `EXHAUSTIVE_UNKNOWNS` unknowns; beyond, moves, merges and splits from several starts.
+    All partitions, for up to eight unknowns and if the budget allows; else moves, merges and splits from several
+    starts.
     Of two partitions with the same number of paths the one with fewer groups is taken. The search is
     deterministic.
 
@@ -119,7 +121,7 @@ def best_partition(system: System, budget: int = LOCAL_SEARCH_BUDGET) -> Partiti
     system : System
         With as many equations as unknowns.
     budget : int
-        Steps of the recursion that the local search may spend.
+        Steps of the recursion that the search may spend.
 
     Examples
     --------
@@ -136,7 +138,7 @@ def best_partition(system: System, budget: int = LOCAL_SEARCH_BUDGET) -> Partiti
     def price(groups: Groups, bound: int | None) -> int:
         return multihomogeneous_bezout([degree(group) for group in groups], [len(g) for g in groups], bound)
 
-    if columns <= EXHAUSTIVE_UNKNOWNS:
+    if columns < len(BELL) and BELL[columns] * columns * STEPS_PER_UNKNOWN <= budget:
         candidates: Iterator[Groups] = _all_partitions(columns)
         best, fewest = None, None
         for groups in candidates:

@@ -19,7 +19,7 @@ import numpy as np
 from solvers.binomial import binomial_solutions
 from solvers.homotopy import Homotopy
 from solvers.mixed_cells import MixedCells, mixed_cells
-from solvers.supports import terms
+from solvers.supports import TERM_LIMIT, terms
 from solvers.system import System
 from solvers.tape import Builder, Program
 
@@ -182,13 +182,16 @@ def coefficient_program(supports: Sequence[np.ndarray]) -> Program:
     return builder.finish({"F": nodes})
 
 
-def toric_points(supports: Sequence[np.ndarray], seed: int = 0) -> ToricPoints:
+def toric_points(supports: Sequence[np.ndarray], seed: int = 0, cells: MixedCells | None = None) -> ToricPoints:
     """The solutions of the generic system with these supports.
 
     Parameters
     ----------
     supports : sequence of n integer arrays, each of shape (points, n)
         Sorted and without repetitions, as :class:`solvers.mixed_cells.MixedCells` holds them.
+    seed : int
+    cells : MixedCells, optional
+        The mixed cells of these supports, if they are known.
 
     Examples
     --------
@@ -198,7 +201,8 @@ def toric_points(supports: Sequence[np.ndarray], seed: int = 0) -> ToricPoints:
     """
     from solvers.kernel.engine import make_engine
 
-    cells = mixed_cells(supports, seed)
+    if cells is None:
+        cells = mixed_cells(supports, seed)
     rng = np.random.default_rng([seed, 1995])
     coefficients = np.exp(2j * np.pi * rng.random(sum(map(len, supports))))
     program = coefficient_program(cells.supports)
@@ -219,6 +223,7 @@ def polyhedral(
     unknown_scale: np.ndarray | None = None,
     equation_scale: np.ndarray | None = None,
     zeros: bool = True,
+    cells: MixedCells | None = None,
 ) -> Homotopy:
     """The homotopy from a generic system with the same supports to a square system at given parameter values.
 
@@ -231,6 +236,8 @@ def polyhedral(
         Typical sizes of the unknowns, and factors that bring the equations to size one.
     zeros : bool
         Whether solutions with a zero coordinate are wanted; without them there may be fewer paths.
+    cells : MixedCells, optional
+        The mixed cells, if they are known.
 
     Raises
     ------
@@ -245,7 +252,7 @@ def polyhedral(
     Homotopy(polyhedral, 6 paths, 2 unknowns)
     """
     supports, targets = scaled_terms(system, values, unknown_scale, equation_scale, zeros)
-    starts = toric_points(supports, seed)
+    starts = toric_points(supports, seed, cells)
     return Homotopy(
         program=coefficient_program(supports),
         start=starts.coefficients,
@@ -263,9 +270,10 @@ def scaled_terms(
     unknown_scale: np.ndarray | None = None,
     equation_scale: np.ndarray | None = None,
     zeros: bool = True,
+    limit: int = TERM_LIMIT,
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """Sorted supports (with the constant, if `zeros`) and the scaled coefficients, all in one row."""
-    expanded = terms(system, values)
+    expanded = terms(system, values, limit)
     supports, rows = [], []
     for i, (support, row) in enumerate(zip(expanded.supports, expanded.coefficients)):
         table: dict[tuple[int, ...], Any] = dict(zip(map(tuple, support.tolist()), row.tolist()))

@@ -1,0 +1,151 @@
+"""Which start: the one with the fewest paths that can be had at a fair set-up cost, and the reason in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solvers.homotopy import Homotopy
+from solvers.mixed_cells import MixedCells, TooManyCells, mixed_cells
+from solvers.partition import Partition, best_partition, partition_of
+from solvers.polyhedral import polyhedral, scaled_terms
+from solvers.start import total_degree
+from solvers.start_multihomogeneous import multihomogeneous
+from solvers.supports import TooManyTerms
+from solvers.system import System
+
+STARTS = ("total-degree", "multihomogeneous", "polyhedral")
+#: Up to so many paths nothing is gained by looking for fewer.
+FEW_PATHS = 6
+#: A start with one path for each root keeps the factored equations and tracks once; the polyhedral start tracks
+#: twice over expanded equations. It must save this part of the paths.
+WORTH = 0.75
+#: Terms of all equations up to which mixed cells are looked for, and cells that may be looked at (about a second).
+MANY_TERMS = 5_000
+PATIENCE = 100_000
+#: Steps of the search over groupings when mixed cells are known, and when there is nothing better.
+SHORT_SEARCH, LONG_SEARCH = 100_000, 3_000_000
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A start and why.
+
+    Attributes
+    ----------
+    start : str
+        "total-degree", "multihomogeneous" or "polyhedral".
+    paths : int
+    reason : str
+    groups : Partition or None
+        Of a multihomogeneous start.
+    cells : MixedCells or None
+        Of a polyhedral start.
+    """
+
+    start: str
+    paths: int
+    reason: str
+    groups: Partition | None = None
+    cells: MixedCells | None = None
+
+    def __repr__(self) -> str:
+        return f"Choice({self.start}, {self.paths} paths: {self.reason})"
+
+    def homotopy(
+        self,
+        system: System,
+        values: np.ndarray,
+        seed: int = 0,
+        unknown_scale: np.ndarray | None = None,
+        equation_scale: np.ndarray | None = None,
+    ) -> Homotopy:
+        """The homotopy of this start; arguments as of :func:`solvers.start.total_degree`."""
+        if self.start == "total-degree":
+            return total_degree(system, values, seed, unknown_scale, equation_scale)
+        if self.start == "multihomogeneous":
+            return multihomogeneous(system, values, seed, unknown_scale, equation_scale, groups=self.groups)
+        return polyhedral(system, values, seed, unknown_scale, equation_scale, cells=self.cells)
+
+
+def choose_start(system: System, values: Any = None, start: str = "auto") -> Choice:
+    """The start to use for a square system at given parameter values.
+
+    Parameters
+    ----------
+    system : System
+    values : ndarray, shape (parameters,)
+    start : str
+        "auto", or the start that is wanted.
+
+    Raises
+    ------
+    ValueError
+        The start is unknown.
+    TooManyTerms
+        A polyhedral start is asked for, and the equations are too large to be multiplied out.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y, z = symbols("x y z")
+    >>> choose_start(System([x * y * z - 1, x * y + y * z + z - 2, x + y * z], [x, y, z]))
+    Choice(multihomogeneous, 5 paths: 2 groups instead of the total degree 12; the mixed volume is 4)
+    """
+    values = system.values_of(values)
+    if start == "auto":
+        return _automatic(system, values)
+    if start == "total-degree":
+        return Choice(start, system.bezout, "as asked for")
+    if start == "multihomogeneous":
+        partition = _partition(system, LONG_SEARCH)
+        return Choice(start, partition.bezout, f"as asked for, with {len(partition.groups)} groups", partition)
+    if start == "polyhedral":
+        cells = mixed_cells(scaled_terms(system, values)[0])
+        return Choice(start, cells.mixed_volume, "as asked for", cells=cells)
+    raise ValueError(f"the start {start!r} is unknown; choose one of auto, {', '.join(STARTS)}")
+
+
+def _automatic(system: System, values: np.ndarray) -> Choice:
+    degree = system.bezout
+    if system.groups is not None:
+        partition = _partition(system, 0)
+        if partition.bezout <= degree:
+            reason = f"the system's own {len(partition.groups)} groups; the total degree is {degree}"
+            return Choice("multihomogeneous", partition.bezout, reason, partition)
+    if degree <= FEW_PATHS:
+        return Choice("total-degree", degree, "so few paths need no search for fewer")
+    cells, why_not = _cells(system, values)
+    volume = None if cells is None else cells.mixed_volume
+    if volume is not None and volume > WORTH * degree:
+        return Choice("total-degree", degree, f"the mixed volume, {volume}, is hardly less than the total degree")
+    partition = _partition(system, LONG_SEARCH if volume is None else SHORT_SEARCH)
+    enough = volume if volume is not None else WORTH * degree
+    if partition.bezout * WORTH <= enough and partition.bezout < degree:
+        against = f"the mixed volume is {volume}" if volume is not None else f"no mixed volume: {why_not}"
+        reason = f"{len(partition.groups)} groups instead of the total degree {degree}; {against}"
+        return Choice("multihomogeneous", partition.bezout, reason, partition)
+    if volume is None:
+        return Choice("total-degree", degree, f"no grouping saves much; no mixed volume: {why_not}")
+    return Choice("polyhedral", volume, f"the mixed volume; the total degree is {degree}", cells=cells)
+
+
+def _cells(system: System, values: np.ndarray) -> tuple[MixedCells | None, str]:
+    try:
+        supports, coefficients = scaled_terms(system, values, limit=MANY_TERMS)
+    except TooManyTerms:
+        return None, f"the equations have more than {MANY_TERMS} terms"
+    if len(coefficients) > MANY_TERMS:
+        return None, f"the equations have {len(coefficients)} terms"
+    try:
+        return mixed_cells(supports, patience=PATIENCE), ""
+    except TooManyCells:
+        return None, "there are too many mixed cells"
+
+
+def _partition(system: System, budget: int) -> Partition:
+    if system.groups is not None:
+        return partition_of(system, system.groups)
+    return best_partition(system, budget)
