@@ -25,7 +25,7 @@ from solvers.kernel.sources import cache_directory
 from solvers.tape import ADD, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Program
 
 #: Changes whenever the code written for the same program changes.
-VERSION = 1
+VERSION = 2
 #: Object files kept in the cache; the oldest are removed beyond.
 KEPT = 300
 
@@ -38,12 +38,10 @@ class Tick:
 
     def __init__(self, program: Program, lanes: Lanes) -> None:
         path = cache_directory() / f"{_key(program, lanes)}.o"
-        try:
-            image = path.read_bytes()
-            self.cached = True
-        except OSError:
+        image = _kept(path)
+        self.cached = image is not None
+        if image is None:
             image = object_code(program, lanes)
-            self.cached = False
             _keep(path, image)
         # The library owns the code: it must live as long as the address is used.
         self._library = llvm.JITLibraryBuilder().add_object_img(image).export_symbol("tick")
@@ -82,7 +80,8 @@ class _Writer:
 
     def lines(self) -> Iterator[str]:
         program, kind = self.program, self.type
-        yield f"declare {kind} @llvm.fma.v{self.lanes.width}f64({kind}, {kind}, {kind})"
+        if self.lanes.fma:
+            yield f"declare {kind} @llvm.fma.v{self.lanes.width}f64({kind}, {kind}, {kind})"
         yield "define void @tick(ptr noalias %work) nounwind {"
         leaves = program.unknowns + 2 * program.parameters
         slots: list[Pair | None] = [None] * leaves
@@ -234,12 +233,22 @@ def _key(program: Program, lanes: Lanes) -> str:
     return digest.hexdigest()[:40]
 
 
+def _kept(path: Path) -> bytes | None:
+    """Code from the cache, if it is there and whole: its digest stands before it."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    digest, image = content[:32], content[32:]
+    return image if hashlib.sha256(image).digest() == digest else None
+
+
 def _keep(path: Path, image: bytes) -> None:
     """Write to the cache; a directory that cannot be written to costs only time."""
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(image)
+            file.write(hashlib.sha256(image).digest() + image)
         os.replace(file.name, path)
         files = sorted(path.parent.glob("*.o"), key=lambda p: p.stat().st_mtime)
         for old in files[:-KEPT]:

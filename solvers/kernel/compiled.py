@@ -48,11 +48,11 @@ def lanes_in_use() -> Any:
     return native_lanes()
 
 
-def code_is_cached(program: Program) -> bool:
+def code_is_cached(program: Program, lanes: Any = None) -> bool:
     """Whether machine code of a tick program can be loaded instead of compiled."""
     from solvers.kernel import codegen
 
-    return codegen.is_cached(program, lanes_in_use())
+    return codegen.is_cached(program, lanes or lanes_in_use())
 
 
 class Run:
@@ -144,9 +144,10 @@ class Run:
             budget=float(0.1791 * radius(settings.contraction) / radius(0.125)),
             size=min(float(settings.size), 1e150) ** 2,
         )
+        turn = (float(bend.real), float(bend.imag))
         tracker.track_queue(
             self.lanes, width, work, self.at, n, m, self.mode, self.address, self.code, self.outputs,
-            self.pattern, self.matrix, KINDS.index(kind), (float(bend.real), float(bend.imag)), control, _pairs(x), _pairs(np.atleast_2d(base)),
+            self.pattern, self.matrix, KINDS.index(kind), turn, control, _pairs(x), _pairs(np.atleast_2d(base)),
             _pairs(np.atleast_2d(direction)), result.x.view(np.float64), result.r,
             result.tangent.view(np.float64), result.status, result.ticks, result.steps, result.quality,
         )  # fmt: skip

@@ -93,12 +93,15 @@ class Engine:
         "auto", or the engine to use whatever it costs: "reference", "interpreted", "compiled".
     used : str
         The engine that the last call used.
+    lanes : Lanes or None
+        Vectors to use instead of the processor's own.
     size : float
         Typical size of the unknowns, from the samples.
     """
 
     prefer = "auto"
     used = ""
+    lanes: Any = None
 
     def __init__(
         self,
@@ -137,7 +140,13 @@ class Engine:
             return self._tick
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"program": self.program, "_tick": self.tick, "prefer": self.prefer, "size": self.size}
+        return {
+            "program": self.program,
+            "_tick": self.tick,
+            "prefer": self.prefer,
+            "size": self.size,
+            "lanes": self.lanes,
+        }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -214,7 +223,7 @@ class Engine:
         if wanted != "auto":
             return wanted
         if self._code_at_hand is None:
-            self._code_at_hand = compiled.code_is_cached(self.tick)
+            self._code_at_hand = compiled.code_is_cached(self.tick, self.lanes)
         if self._path_ticks + paths * TYPICAL_TICKS > CODE_PAYS:
             self._code_at_hand = True
         return "compiled" if self._code_at_hand else "interpreted"
@@ -225,7 +234,7 @@ class Engine:
         return 1.4 * TYPICAL_TICKS * (tick + length * (instruction + paths * lane) + paths * n**3 * solve)
 
     def _run(self, way: str) -> compiled.Run:
-        key = (way, compiled.lanes_in_use())
+        key = (way, self.lanes or compiled.lanes_in_use())
         with self._lock:
             if key not in self._runs:
                 program = self.program if way == "pivoted" else self.tick
