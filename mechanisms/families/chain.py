@@ -6,7 +6,8 @@ that its tip is
     Z(φ) = Z0 + Σ_k Z_k e^{i R_k φ},      Θ(φ) = Θ(0) + R_N φ                                            (1), (2)
 
 Equations: V. Krovi, G. K. Ananthasuresh, V. Kumar, Kinematic and kinetostatic synthesis of planar coupled
-serial chain mechanisms.  For given ratios and input angles the links follow linearly from displacements of the tip,
+serial chain mechanisms.  For given ratios and input angles the links follow linearly from displacements of the
+tip,
 
     Σ_k (e^{i R_k φ_j} − 1) Z_k = P_j − P_1                                                                    (3)
 
@@ -62,6 +63,7 @@ class SerialChain:
     ratios: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "base", complex(self.base))
         object.__setattr__(self, "links", tuple(complex(z) for z in self.links))
         object.__setattr__(self, "ratios", tuple(float(r) for r in self.ratios))
         if len(self.links) != len(self.ratios) or not self.links:
@@ -174,7 +176,9 @@ def chain_for_points(points: Sequence[complex], ratios: Sequence[float], phi: Se
             f"{len(points)} points, but a chain of {links} links is linear in 2 to {links + 1} points (Eq. 4)"
         )
     if len(phi) != len(points) - 1:
-        raise TaskError(f"{len(phi)} input angles for {len(points)} points; give one for each point after the first")
+        raise TaskError(
+            f"{len(phi)} input angles for {len(points)} points; give one for each point after the first"
+        )
     matrix = link_matrix(np.array(ratios, dtype=float), np.array(phi, dtype=float))
     moves = np.array(points[1:], dtype=complex) - points[0]
     singular = np.linalg.svd(matrix, compute_uv=False)

@@ -1,22 +1,22 @@
 """Input torque of coupled serial chains under loads, with torsional springs at the joints.
 
 Equations: V. Krovi, G. K. Ananthasuresh, V. Kumar, Kinematic and kinetostatic synthesis of planar coupled serial
-chain mechanisms, (5)–(15), with the signs of (14) and the spring terms of (15) corrected.  By virtual work the torque
-on the input that holds the force F and the moment M_z at the tip is
+chain mechanisms, (5)–(15), with the signs of (14) and the spring terms of (15) corrected.  By virtual work the
+torque on the input that holds the force F and the moment M_z at the tip is
 
     T(φ) = −F·dZ/dφ − R_N M_z + Σ_k K_k β_k dβ_k/dφ                                                      (7), (11)
 
 where spring k acts between link k−1 and link k and is wound up by β_k = β_k(0) + (R_k − R_{k−1}) φ, with R_0 = 0.
 
-**Energy bound.**  Without a moment and with one constant force F the work of the input between two positions is the
-gain of −F·Z plus the gain of spring energy, whatever the links.  So the mean of T over the range is fixed, and
+**Energy bound.**  Without a moment and with one constant force F the work of the input between two positions is
+the gain of −F·Z plus the gain of spring energy, whatever the links.  So the mean of T over the range is fixed, and
 
     max |T| ≥ |−F·(P_2 − P_1) + ΔE| / |φ_2|.
 
-Springs that are relaxed in the first position can only gain energy.  Where the load gains energy too, as when it is
-lifted, they raise the bound: **springs assembled relaxed in the lower position never help** (Case II of the paper, with
-the sign of virtual work).  The reduction by an order of magnitude belongs to springs that are wound up in the
-lower position (Case III).
+Springs that are relaxed in the first position can only gain energy.  Where the load gains energy too, as when
+it is lifted, they raise the bound: **springs assembled relaxed in the lower position never help** (Case II of
+the paper, with the sign of virtual work).  The reduction by an order of magnitude belongs to springs that are
+wound up in the lower position (Case III).
 """
 
 from __future__ import annotations
@@ -124,9 +124,7 @@ def input_torque(
     return torque
 
 
-def energy(
-    chain: SerialChain, phi: ArrayLike, load: Load, springs: Springs | None = None
-) -> NDArray[np.float64]:
+def energy(chain: SerialChain, phi: ArrayLike, load: Load, springs: Springs | None = None) -> NDArray[np.float64]:
     """Potential energy of load and springs, up to a constant; its derivative by φ is the input torque."""
     angle = np.asarray(phi, dtype=float)
     place = chain.tip(angle)
@@ -137,9 +135,7 @@ def energy(
     return total
 
 
-def energy_bound(
-    chain: SerialChain, end: float, load: Load, springs: Springs | None = None
-) -> float:
+def energy_bound(chain: SerialChain, end: float, load: Load, springs: Springs | None = None) -> float:
     """What max |T| over [0, end] cannot fall below: the mean torque that the energy asks for.
 
     Examples
