@@ -101,7 +101,7 @@ ZOO: dict[str, Benchmark] = {
         *_family(
             "reimer", algebra.reimer, {5: 144}, _DEMO, total_degree=lambda n: 720, mixed_volume=lambda n: 720
         ),
-        Benchmark("caprasse", algebra.caprasse, 32, _DEMO, total_degree=144, mixed_volume=48, singular=8),
+        Benchmark("caprasse", algebra.caprasse, 24, _DEMO, total_degree=144, mixed_volume=48, singular=8),
         Benchmark("cassou", algebra.cassou, 16, _DEMO, total_degree=1344, mixed_volume=24),
         Benchmark("heart", algebra.heart, 4, _DEMO, total_degree=576, mixed_volume=121, real=2),
         Benchmark("boon", algebra.boon, 8, _DEMO, total_degree=1024, mixed_volume=20, real=8),
@@ -109,8 +109,8 @@ ZOO: dict[str, Benchmark] = {
         Benchmark(
             "ipp",
             kinematics.ipp,
-            32,
-            "PolynomialTestSystems.jl",
+            48,
+            _DEMO,
             total_degree=256,
             mixed_volume=64,
             component=True,

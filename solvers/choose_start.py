@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -64,10 +64,12 @@ class Choice:
     ) -> Homotopy:
         """The homotopy of this start; arguments as of :func:`solvers.start.total_degree`."""
         if self.start == "total-degree":
-            return total_degree(system, values, seed, unknown_scale, equation_scale)
-        if self.start == "multihomogeneous":
-            return multihomogeneous(system, values, seed, unknown_scale, equation_scale, groups=self.groups)
-        return polyhedral(system, values, seed, unknown_scale, equation_scale, cells=self.cells)
+            homotopy = total_degree(system, values, seed, unknown_scale, equation_scale)
+        elif self.start == "multihomogeneous":
+            homotopy = multihomogeneous(system, values, seed, unknown_scale, equation_scale, groups=self.groups)
+        else:
+            homotopy = polyhedral(system, values, seed, unknown_scale, equation_scale, cells=self.cells)
+        return replace(homotopy, reason=self.reason)
 
 
 def choose_start(system: System, values: Any = None, start: str = "auto") -> Choice:

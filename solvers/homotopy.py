@@ -62,6 +62,8 @@ class Homotopy:
     name : str
         For the ledger: "total degree", "parameter homotopy", …
     seed : int
+    reason : str
+        Why this start and no other, in words.
     """
 
     program: Program
@@ -73,6 +75,7 @@ class Homotopy:
     name: str = "homotopy"
     seed: int = 0
     kind: str = field(default="line")
+    reason: str = ""
 
     @property
     def direction(self) -> np.ndarray:

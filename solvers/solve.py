@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from solvers.choose_start import choose_start
 from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, magnitudes, relative_weights
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import pairs_of_equals
+from solvers.scaling import scales_of
 from solvers.solutions import Ledger, Singular, Solutions
-from solvers.start import total_degree
-from solvers.start_multihomogeneous import multihomogeneous
 from solvers.system import InvalidSystem, System, evaluate
 from solvers.tracking import Interrupted, Progress, Run, track_all
 
@@ -109,11 +109,9 @@ def homotopy_for(system: System, values: np.ndarray, start: str | Solutions, see
     """The homotopy that a start asks for."""
     if isinstance(start, Solutions):
         return parameter_homotopy(system.program, start.parameters, values, start.points, seed)
-    if start not in STARTS:
-        raise ValueError(f"the start {start!r} is unknown; choose one of {', '.join(STARTS)}")
-    if start == "multihomogeneous":
-        return multihomogeneous(system, values, seed)
-    return total_degree(system, values, seed)
+    choice = choose_start(system, values, start)
+    scales = scales_of(system, values)
+    return choice.homotopy(system, values, seed, scales.unknowns, scales.equations)
 
 
 def _collect(
