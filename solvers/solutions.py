@@ -117,6 +117,12 @@ class Solutions:
     complete : bool or None
         True with evidence for completeness, False when something is known to be missing, None when open.
     certificate : Certificates or None
+    start : str
+        The homotopy or method.
+    notes : list of str
+        What else there is to know.
+    orbit : ndarray of int, shape (n,), or None
+        Orbit of each root under the symmetry group that was given.
     """
 
     points: np.ndarray
@@ -131,6 +137,7 @@ class Solutions:
     start: str = ""
     seed: int = 0
     notes: list[str] = field(default_factory=list)
+    orbit: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.points)

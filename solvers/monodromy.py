@@ -1,0 +1,425 @@
+"""All roots from one: carry what is known round loops in parameter space until nothing new appears.
+
+Two generic parameter points A and B are joined by circular arcs, each with its own random bend. All roots known
+at A are carried to B, the ends merged with what was known there; all known at B are carried back along another
+arc; and so on: one leg a step, where a triangle would need three. Each leg tells for free how complete the sets
+are: of n roots carried, the share whose ends were known already estimates the share of all roots that is known
+(capture and recapture, Lincoln and Petersen).
+
+The loops stop on evidence: nothing new in several legs, the estimate at its count, orbits of the symmetry group
+full, and the trace test of :mod:`solvers.trace` passed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from solvers import parallel
+from solvers.endgame import newton, scaled_condition
+from solvers.homotopy import parameter_homotopy
+from solvers.kernel.engine import Engine
+from solvers.kernel.reference import REACHED, Settings
+from solvers.points import Group, PointSet, Symmetry
+from solvers.solutions import Ledger, Singular, Solutions
+from solvers.system import InvalidSystem, System
+from solvers.tape import Builder
+from solvers.tracking import engine_of
+
+#: Random starts from which the best-conditioned one is taken: a seed is a special point, often with a condition
+#: number of a million, and paths are lost on leaving it.
+SEEDS = 12
+#: Legs without news after which the trace test is asked.
+QUIET_LEGS = 3
+#: Legs after which the loops end, whatever has happened.
+MOST_LEGS = 200
+#: An end is a root when the last Newton step there is below this, relative …
+LAST_STEP = 1e-8
+#: … and no unknown is larger than this, in units of the seed's size: a relative test alone accepts diverging paths.
+LARGEST = 1e8
+
+
+@dataclass
+class Leg:
+    """What one leg has shown.
+
+    Attributes
+    ----------
+    carried, arrived, new : int
+        Paths tracked, roots found at the end, and how many of these were not known there.
+    known : int
+        Roots known at the end, afterwards.
+    estimate : float
+        Number of roots by capture and recapture.
+    """
+
+    carried: int
+    arrived: int
+    new: int
+    known: int
+    estimate: float
+
+
+@dataclass
+class _Node:
+    parameters: np.ndarray
+    roots: PointSet
+    legs: int = 0
+
+
+@dataclass
+class _Search:
+    """The state of a run: two nodes and the history of the legs."""
+
+    engine: Engine
+    nodes: list[_Node]
+    group: Group | None
+    rng: np.random.Generator
+    jobs: int
+    backend: str
+    typical: float
+    history: list[Leg] = field(default_factory=list)
+    tracked: int = 0
+    lost: int = 0
+
+    def leg(self, source: int) -> Leg:
+        """Carry all roots of a node to the other one along a fresh arc."""
+        a, b = self.nodes[source], self.nodes[1 - source]
+        before, points = len(b.roots), a.roots.points
+        bend = np.exp(1j * self.rng.uniform(0.3, np.pi - 0.3) * self.rng.choice([-1, 1]))
+        ends = carry(self.engine, points, a.parameters, b.parameters, bend, self.jobs, self.backend, self.typical)
+        self.tracked += len(points)
+        self.lost += len(points) - len(ends)
+        if self.group is not None:
+            ends = self.group.representatives(ends)
+        known = b.roots.find(ends)
+        recaptured = int(len(np.unique(known[known >= 0])))
+        b.roots.add(ends)
+        new = len(b.roots) - before
+        seen = recaptured + new
+        estimate = before * seen / recaptured if recaptured else np.inf
+        self.history.append(Leg(len(points), len(ends), new, len(b.roots), float(max(estimate, len(b.roots)))))
+        return self.history[-1]
+
+
+def carry(
+    engine: Engine,
+    points: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    bend: complex,
+    jobs: int = 1,
+    backend: str = "threads",
+    typical: float = 1.0,
+) -> np.ndarray:
+    """Roots at `start` carried to `end` along an arc; those that arrive at a good root, in order."""
+    settings = Settings()
+
+    def chunk(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        done = engine.track(points[rows], end, start - end, kind="arc", bend=bend, settings=settings)
+        size = np.abs(done.x).max(axis=1)
+        good = (done.status == REACHED) & (done.quality < LAST_STEP) & (size < LARGEST * typical)
+        return done.x, good
+
+    chunks = parallel.cut(len(points))
+    results = dict(parallel.run(chunk, [(k, (rows,)) for k, rows in enumerate(chunks)], jobs, backend))
+    x = np.concatenate([results[k][0] for k in range(len(chunks))])
+    good = np.concatenate([results[k][1] for k in range(len(chunks))])
+    return x[good]
+
+
+def monodromy(
+    system: System,
+    seed: int = 0,
+    symmetry: Sequence[Symmetry] = (),
+    start: tuple[Any, Any] | None = None,
+    *,
+    jobs: int = 1,
+    backend: str = "threads",
+    count: int | None = None,
+    invariant: Any = None,
+    trace: bool = True,
+    certificates: bool = False,
+    progress: Callable[[str, int, int], None] | None = None,
+    checkpoint: Any = None,
+) -> Solutions:
+    """All roots at generic parameters, from one root that is easy to find.
+
+    Parameters
+    ----------
+    system : System
+        With parameters.
+    seed : int
+    symmetry : sequence of functions
+        Each maps points (n, unknowns) to points (n, unknowns), solutions to solutions of the same parameters.
+        One root of each orbit is carried; the result holds all members.
+    start : (point, parameters), optional
+        A root to begin with; by default one is made from a random point, by solving for the parameters.
+    count : int, optional
+        The number of roots where it is known: the loops stop there, without a trace test.
+    invariant : SymPy expression, optional
+        A rational function of the unknowns that the symmetries leave alone; lets the trace test work on orbits.
+    trace : bool
+        Whether to test completeness by the trace test.
+    checkpoint : RunFile, optional
+        Keeps what is known after each leg, and takes it up again.
+
+    Returns
+    -------
+    Solutions
+        With ``evidence``, ``complete`` and the history of the legs in ``notes``.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, a, b = symbols("x a b")
+    >>> monodromy(System([x**3 + a*x + b], [x], [a, b])).points.shape
+    (3, 1)
+    """
+    rows, columns = system.size
+    if rows != columns or not system.parameters:
+        raise InvalidSystem("monodromy needs as many equations as unknowns, and parameters to move")
+    rng = np.random.default_rng([seed, 11])
+    engine, nodes, typical = _prepare(system, start, rng)
+    probe = nodes[0].roots.points[:1]
+    group = Group(symmetry, probe) if symmetry else None
+    if group is not None:
+        first = PointSet(columns)
+        first.add(group.representatives(nodes[0].roots.points))
+        nodes[0].roots = first
+    search = _Search(engine, nodes, group, rng, jobs, backend, typical)
+    wanted = None if count is None else -(-count // (group.order if group else 1))
+    memory = _Memory(checkpoint, system, seed, search)
+    memory.recall()
+    passed, residual = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory)
+    return _result(system, search, group, wanted, passed, residual, seed, certificates)
+
+
+def _loop_until_complete(
+    system: System,
+    search: _Search,
+    wanted: int | None,
+    trace: bool,
+    invariant: Any,
+    seed: int,
+    progress: Callable[[str, int, int], None] | None,
+    memory: _Memory,
+) -> tuple[bool | None, float]:
+    quiet, passed, residual = 0, None, np.inf
+    while len(search.history) < MOST_LEGS:
+        source = len(search.history) % 2
+        leg = search.leg(source)
+        memory.keep()
+        sizes = [len(node.roots) for node in search.nodes]
+        if progress is not None:
+            progress("monodromy", max(sizes), max(sizes) if not np.isfinite(leg.estimate) else round(leg.estimate))
+        quiet = 0 if leg.new or sizes[0] != sizes[1] else quiet + 1
+        if wanted is not None:
+            if min(sizes) >= wanted:
+                break
+            continue
+        if quiet < QUIET_LEGS:
+            continue
+        if not trace:
+            break
+        from solvers.trace import trace_test
+
+        test = trace_test(system, search.nodes[0].parameters, search.nodes[0].roots.points, seed=seed,
+                          jobs=search.jobs, invariant=invariant,
+                          expand=None if invariant is not None else search.group,
+                          symmetry=search.group if invariant is not None else None,
+                          progress=progress)  # fmt: skip
+        passed, residual = test.passed, test.residual
+        if passed:
+            break
+        quiet = -2 * QUIET_LEGS if quiet < 3 * QUIET_LEGS else 0
+    return passed, residual
+
+
+def _result(
+    system: System,
+    search: _Search,
+    group: Group | None,
+    wanted: int | None,
+    passed: bool | None,
+    residual: float,
+    seed: int,
+    certificates: bool,
+) -> Solutions:
+    node = max(search.nodes, key=lambda node: len(node.roots))
+    representatives = node.roots.points
+    points, orbit = representatives, np.arange(len(representatives))
+    order = 1
+    notes = [repr(leg) for leg in search.history]
+    if group is not None:
+        order = group.order
+        images = group.orbits(representatives)
+        everything = PointSet(points.shape[1])
+        everything.add(images.transpose(1, 0, 2).reshape(-1, points.shape[1]))
+        points = everything.points
+        orbit = node.roots.find(group.representatives(points))
+        if len(points) != order * len(representatives):
+            notes.append(f"{order * len(representatives) - len(points)} members missing: some orbits are not full")
+    legs = len(search.history)
+    estimate = search.history[-1].estimate if search.history else float("nan")
+    evidence = f"{legs} legs of monodromy, {search.tracked} paths, capture–recapture estimate {estimate * order:.0f}"
+    if group is not None:
+        evidence += f", {len(representatives)} orbits of {order}"
+    if passed is not None:
+        evidence += f", trace test {'passed' if passed else 'failed'} (residual {residual:.1e})"
+    complete = passed
+    if wanted is not None:
+        complete = len(representatives) == wanted
+        evidence += f", known count {wanted * order} {'reached' if complete else 'not reached'}"
+    empty = np.zeros((0, points.shape[1]))
+    solutions = Solutions(
+        points=points,
+        singular=Singular(empty, np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)),
+        parameters=node.parameters,
+        ledger=Ledger(tracked=len(points), finite=len(points)),
+        unknowns=system.unknowns,
+        paths=np.arange(len(points)),
+        start="monodromy",
+        seed=seed,
+        evidence=evidence,
+        complete=complete,
+        notes=notes,
+        orbit=orbit,
+    )
+    if certificates:
+        from solvers.certify import certify
+
+        solutions.certificate = certify(system, solutions)
+    return solutions
+
+
+# -- where the loops begin ----------------------------------------------------------------------------------
+
+
+def _prepare(
+    system: System, start: tuple[Any, Any] | None, rng: np.random.Generator
+) -> tuple[Engine, list[_Node], float]:
+    """The engine, and two generic nodes, the first of which holds a few roots."""
+    point, values = random_root(system, rng) if start is None else _given(system, start)
+    typical = float(max(np.abs(point).max(), 1e-300))
+    engine = engine_of(parameter_homotopy(system.program, values, values, point))
+    columns = len(system.unknowns)
+    scale = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1.0))
+    # Leave the seed: its parameters are special. A few tries, as the seed may be ill-conditioned.
+    for _ in range(20):
+        nodes = [_Node(_gaussian(rng, scale), PointSet(columns, seed=k)) for k in range(2)]
+        bend = np.exp(1j * rng.uniform(0.3, 2.8))
+        arrived = carry(engine, point, values, nodes[0].parameters, bend, typical=typical)
+        if len(arrived):
+            nodes[0].roots.add(arrived)
+            return engine, nodes, typical
+    raise InvalidSystem("no path leaves the start pair: is it a regular root of the system?")
+
+
+def _gaussian(rng: np.random.Generator, scale: np.ndarray) -> np.ndarray:
+    return scale * (rng.normal(size=len(scale)) + 1j * rng.normal(size=len(scale))) / np.sqrt(2)
+
+
+def _given(system: System, start: tuple[Any, Any]) -> tuple[np.ndarray, np.ndarray]:
+    point = np.atleast_2d(np.asarray(start[0], np.complex128))
+    values = system.values_of(start[1])
+    if point.shape[1] != len(system.unknowns):
+        raise InvalidSystem(f"the start point has {point.shape[1]} coordinates for {len(system.unknowns)} unknowns")
+    refined, _ = newton(system.jacobian_program, point, values)
+    return refined, values
+
+
+def random_root(system: System, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A root of the system with parameters made to fit: the best-conditioned of several.
+
+    From a random point and random parameters, Gauss and Newton's method on all of them together finds the nearest
+    pair that satisfies the equations.
+
+    Returns
+    -------
+    point : ndarray, shape (1, unknowns)
+    parameters : ndarray, shape (parameters,)
+
+    Raises
+    ------
+    InvalidSystem
+        No pair was found.
+    """
+    n, m = len(system.unknowns), len(system.parameters)
+    builder = Builder(n + m, 0)
+    nodes = system.program.embed(builder, list(range(n)), list(range(n, n + m)))
+    from solvers.system import differentiated, evaluate
+
+    program = differentiated(builder, nodes)
+    best: tuple[float, np.ndarray] | None = None
+    for _ in range(SEEDS):
+        z = rng.normal(size=n + m) + 1j * rng.normal(size=n + m)
+        for _ in range(60):
+            with np.errstate(all="ignore"):
+                F, J = evaluate(program, z, np.zeros(0))
+            if not (np.isfinite(F).all() and np.isfinite(J).all()):
+                break
+            step = np.linalg.lstsq(J[0], F[0], rcond=None)[0]
+            length = np.abs(step).max()
+            z = z - step * min(1.0, 1.0 / max(length, 1e-300))
+            if length < 1e-13 * np.abs(z).max():
+                break
+        else:
+            continue
+        if not np.isfinite(z).all():
+            continue
+        point, values = newton(system.jacobian_program, z[None, :n], z[n:])[0], z[n:]
+        condition = float(scaled_condition(system.jacobian_program, point, values)[0])
+        residual = np.abs(system.evaluate(point, values)[0]).max()
+        if residual < 1e-8 and (best is None or condition < best[0]):
+            best = condition, np.concatenate([point[0], values])
+    if best is None or best[0] > 1e10:
+        raise InvalidSystem(
+            "no regular root could be made from random parameters; give a start pair (point, parameters)"
+        )
+    return best[1][None, :n], best[1][n:]
+
+
+class _Memory:
+    """Known roots in the run file after each leg, so that a killed search goes on from there."""
+
+    def __init__(self, checkpoint: Any, system: System, seed: int, search: _Search) -> None:
+        self.checkpoint, self.search = checkpoint, search
+        if checkpoint is not None:
+            from solvers.tracking import digest
+
+            node = search.nodes[0]
+            whole = parameter_homotopy(system.program, node.parameters, node.parameters, node.roots.points[:1], seed)
+            self.stage = f"monodromy {digest(whole)}"
+
+    def recall(self) -> None:
+        """Take up where an earlier run was stopped: same nodes, same random numbers, all legs it had finished."""
+        if self.checkpoint is None:
+            return
+        for _, kept in sorted(self.checkpoint.chunks(self.stage).items()):
+            node = self.search.nodes[int(kept["node"][0])]
+            node.roots.add(kept["points"])
+            numbers = kept["leg"]
+            self.search.history.append(Leg(*(int(v) for v in numbers[:4]), float(numbers[4])))
+            self.search.tracked += int(numbers[0])
+            self.search.lost += int(numbers[0] - numbers[1])
+            self.search.rng.uniform(0.3, np.pi - 0.3)
+            self.search.rng.choice([-1, 1])
+
+    def keep(self) -> None:
+        """Append the news of the last leg."""
+        if self.checkpoint is None:
+            return
+        leg = self.search.history[-1]
+        number = len(self.search.history) - 1
+        target = 1 - number % 2
+        roots = self.search.nodes[target].roots
+        arrays = {
+            "node": np.array([target], np.int64),
+            "points": roots.points[len(roots) - leg.new :],
+            "leg": np.array([leg.carried, leg.arrived, leg.new, leg.known, leg.estimate], np.float64),
+        }
+        self.checkpoint.append(self.stage, number, arrays)
