@@ -9,7 +9,10 @@ The linear case is degenerate where a determinant vanishes.  For W1x, Z1x (and f
 
     D = sin(α−β) − sin α + sin β = 4 sin((α−β)/2) sin(α/2) sin(β/2),
 
-so that β₂ may be neither 0 nor α₂; and Eqs. (1), (3) ask that β₂ is not γ₂.
+so that β₂ may be neither 0 nor α₂; and Eqs. (1), (3) ask that β₂ is not γ₂.  In general the solutions for a
+given β₂ are W1 = w + (E(α)−1)k and so on with one complex k.  W2 changes by (E(γ)−1)(E(α)−E(β))/(E(γ)−E(β)) k,
+which is a real multiple of (E(α)−1)k: the arguments of the four chords add up to α/2.  So W1x and W2x can never
+be chosen together, nor W1y and W2y; any other pair can, for general poses.
 """
 
 from __future__ import annotations
@@ -134,9 +137,15 @@ def _linear(task: Task) -> Sequence[Any]:
         right[row] = task.free[name] / size
     determinant, bound = abs(np.linalg.det(matrix)), float(np.prod(np.linalg.norm(matrix, axis=1)))
     if determinant <= SINGULAR * bound:
+        always = {name[:2] for name in chosen} == {"W1", "W2"} and chosen[0][-1] == chosen[1][-1]
+        reason = (
+            "W1 and W2 change by real multiples of each other, whatever the poses"
+            if always
+            else "the determinant of Eqs. (1)–(3) in the other coordinates vanishes"
+        )
         raise TaskError(
-            f"{task.where}: free: {chosen[0]} and {chosen[1]} do not determine the dyads when beta2 is given "
-            f"(the determinant of Eqs. (1)–(3) in the other coordinates vanishes); choose another pair"
+            f"{task.where}: free: {chosen[0]} and {chosen[1]} do not determine the dyads when beta2 is given: "
+            f"{reason}; choose another pair"
         )
     solved = size * np.linalg.solve(matrix, right)
     return solved[0::2] + 1j * solved[1::2]

@@ -120,7 +120,10 @@ def _two_poses() -> list[Comparison]:
     items = [Comparison(where, what, printed, ours, why) for what, printed, ours, why in rows]
     (other,) = synthesize(two_pose_task(beta2_deg=-90.0, W1_x=-35.0, W1_y=12.9, **_OUTER)).designs
     works = (other.worst_pose_error or 0.0) < 1e-9 and other.linkage is not None
-    why = "with β2, W1x and W1y chosen, Eq. (2) gives Z1 and Eqs. (1), (3) give W2, Z2; solved to rounding here"
+    why = (
+        "with β2, W1x and W1y chosen, Eq. (2) gives Z1 and Eqs. (1), (3) W2, Z2, to rounding here; what really "
+        "depends on each other for a given β2, whatever the poses, is W1x and W2x, and W1y and W2y"
+    )
     items.append(claim("Sect. 3", "W1x and W1y cannot both be selected", not works, why))
     angle = design.min_transmission_deg or 0.0
     why = f"both poses on one branch, in order, driven at the crank; transmission angle at least {angle:.1f}°"
