@@ -135,6 +135,7 @@ class Run:
             contraction=float(settings.contraction),
             safety=float(settings.safety),
             tolerance=float(settings.tolerance),
+            noise=float(settings.noise),
             largest=settings.largest_step * length,
             first=0.05 * length,
             smallest=float(settings.smallest_step),

@@ -202,6 +202,8 @@ class Engine:
         settings = settings or Settings()
         if math.isinf(settings.size):
             settings = replace(settings, size=self.size)
+        if arithmetic == "double-double":
+            settings = settings.in_double_double()
         self.used = self._choose(len(x), pivoted) if arithmetic == "double" else arithmetic
         if self.used == "reference":
             arguments: dict[str, Any] = {"start": start, "end": end, "stop": stop, "bend": bend}

@@ -43,6 +43,8 @@ class Settings:
         The predicted error is kept below the Newton radius for a step this many times longer.
     tolerance : float
         The correction ends when the next Newton step would be below it (relative to the unknowns).
+    noise : float
+        Newton steps of this size may be rounding errors.
     largest_step : float
         As a fraction of the whole line from start to end.
     smallest_step : float
@@ -58,11 +60,19 @@ class Settings:
     contraction: float = 0.125
     safety: float = 2.0
     tolerance: float = 1e-7
+    noise: float = 1e-6
     largest_step: float = 0.25
     smallest_step: float = 1e-11
     ticks: int = 4000
     infinity: float = 1e25
     size: float = math.inf
+
+    def in_double_double(self) -> Settings:
+        """The same for double-double numbers, where there is no noise to make allowance for.
+
+        A point near infinity may hold what matters in the twelfth digit.
+        """
+        return replace(self, tolerance=1e-12, noise=1e-9, smallest_step=1e-15)
 
     def tighter(self) -> Settings:
         """The next rung of the ladder: half the contraction, shorter steps, more patience."""
@@ -105,12 +115,12 @@ class Tracked:
     quality: np.ndarray
 
 
-#: Newton steps below this are rounding noise for the curvature estimate; measuring it there lets it run away.
-NOISE = 1e-5
-#: Newton steps that stop shrinking below this have met the rounding error of an ill-conditioned point. They are
-#: good enough to go on from, where the next step would still be small by the curvature ω·step. Rejecting
-#: them would shorten the step again and again, to no avail.
-ALWAYS_GOOD, HARMLESS = 1e-5, 1.0
+#: Newton steps that stop shrinking below Settings.noise have met the rounding error of an ill-conditioned point.
+#: They are good enough to go on from, where the next step would still be small by the curvature: ω·step below
+#: this. Rejecting them would shorten the step again and again, to no avail.
+HARMLESS = 0.01
+#: The curvature is measured only with first Newton steps above so many times the noise: else it runs away.
+ABOVE_NOISE = 10.0
 #: A correction ends before its last step is seen only if the step before was below this, so that the tangent,
 #: which is a Newton step older than the point, is good enough for the next prediction.
 SMALL = 1e-3
@@ -268,10 +278,10 @@ class _Lanes:
             step = np.max(np.abs(dx) / self.weights, axis=0)
             ratio = step / self.last
             finite = np.isfinite(step)
-            fresh = (self.iteration == 1) & (self.first > NOISE) & finite
+            fresh = (self.iteration == 1) & (self.first > ABOVE_NOISE * s.noise) & finite
             self.omega = np.where(fresh, np.maximum(2 * step / self.first**2, 0.1), self.omega)
             stagnant = (self.iteration > 0) & (ratio > s.contraction)
-            harmless = (step < ALWAYS_GOOD) & (self.omega * step < HARMLESS)
+            harmless = (step < s.noise) & (self.omega * step < HARMLESS)
             bad = ~finite | (stagnant & ~harmless)
             # Newton-Kantorovich: the first step alone tells that the majorant has no root.
             bad |= (self.iteration == 0) & (self.omega * step > 8 * radius(s.contraction)) & (self.steps > 0)

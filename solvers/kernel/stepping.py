@@ -39,11 +39,10 @@ from solvers.kernel.layout import (
     R,
 )
 from solvers.kernel.reference import (
-    ALWAYS_GOOD,
+    ABOVE_NOISE,
     CORRECTIONS,
     EXACT,
     HARMLESS,
-    NOISE,
     SHRINKING,
     SMALL,
     START_TICKS,
@@ -61,6 +60,7 @@ class Control(NamedTuple):
     contraction: float
     safety: float
     tolerance: float
+    noise: float
     largest: float  # step, absolute
     first: float  # largest first step, absolute
     smallest: float  # step, beside r
@@ -109,10 +109,10 @@ def decide(lanes, work, at, n, control):
     floor_of_omega = splat(lanes, 0.1)
     contraction = splat(lanes, control.contraction)
 
-    fresh = corrected & (iteration <= one) & (first > splat(lanes, NOISE)) & finite
+    fresh = corrected & (iteration <= one) & (first > splat(lanes, ABOVE_NOISE * control.noise)) & finite
     omega = select(fresh, maximum((step + step) / (first * first), floor_of_omega), omega)
     stagnant = corrected & (step > contraction * last)
-    harmless = (step < splat(lanes, ALWAYS_GOOD)) & (omega * step < splat(lanes, HARMLESS))
+    harmless = (step < splat(lanes, control.noise)) & (omega * step < splat(lanes, HARMLESS))
     bad = outside(finite) | (stagnant & outside(harmless))
     bad = bad | (outside(corrected) & under_way & (omega * step > splat(lanes, 8.0 * control.radius)))
     tolerance = splat(lanes, control.tolerance)
