@@ -1,0 +1,194 @@
+"""Is it a system that can be solved? And if it has too many equations: squaring up, and telling roots from excess.
+
+A system with more equations than unknowns is replaced by as many random combinations of its equations as it has
+unknowns. Every root of the system is one of the combinations; the other roots of these are *excess* and are
+recognised because the equations left out do not vanish there (Sommese and Wampler, The Numerical Solution of
+Systems of Polynomials, 2005, section 13.5).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from solvers.from_sympy import InvalidSystem
+from solvers.system import System, evaluate
+from solvers.tape import Builder
+
+#: A point is a root of an equation if the equation's zero set is nearer than this, relative to the point.
+NEAR = 1e-6
+#: Singular values below this, relative to the largest, do not count towards the rank at a random point.
+RANK = 1e-9
+#: Random points at which ranks and values are looked at: one bad point does not matter.
+_POINTS = 3
+
+
+def check_shape(system: System, values: np.ndarray) -> None:
+    """Refuse a system that has no isolated roots for a reason that can be named.
+
+    Parameters
+    ----------
+    system : System
+    values : ndarray, shape (parameters,)
+
+    Raises
+    ------
+    InvalidSystem
+        One sentence: no equations or unknowns, an equation that is zero or constant, an unknown that does not
+        occur, fewer equations than unknowns, an equation that is a multiple of another, or dependent equations.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> check_shape(System([x + y - 1, 2*x + 2*y - 2], [x, y]), np.zeros(0))
+    Traceback (most recent call last):
+        ...
+    solvers.from_sympy.InvalidSystem: equations 0 and 1 are multiples of each other, so the roots are not isolated
+    """
+    rows, columns = system.size
+    if columns == 0:
+        raise InvalidSystem("the system has no unknowns")
+    if rows == 0:
+        raise InvalidSystem("the system has no equations")
+    F, J = _random_values(system, values)
+    _check_equations(system, F, J)
+    _check_unknowns(system, J)
+    if rows < columns:
+        raise InvalidSystem(
+            f"{rows} equation{'s' * (rows > 1)} for {columns} unknowns leave a whole set of solutions, of "
+            f"dimension {columns - rows} or more: add equations, or make unknowns parameters"
+        )
+    rank = min(int(np.linalg.matrix_rank(jacobian, RANK * np.abs(jacobian).max())) for jacobian in _normalised(J))
+    if rank < columns:
+        _check_multiples(F, J)
+        raise InvalidSystem(
+            f"the equations are dependent: their Jacobian has rank {rank} at a random point, not {columns}, so "
+            "the system has either no roots or whole sets of them"
+        )
+
+
+def _random_values(system: System, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(2005)
+    shape = (_POINTS, len(system.unknowns))
+    points = rng.normal(size=shape) + 1j * rng.normal(size=shape)
+    with np.errstate(all="ignore"):
+        F, J = evaluate(system.jacobian_program, points, values)
+    if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
+        bad = int(np.flatnonzero(~np.isfinite(F).all(axis=0) | ~np.isfinite(J).all(axis=(0, 2)))[0])
+        raise InvalidSystem(
+            f"equation {bad} is not finite at the given parameters: it divides by zero or overflows"
+        )
+    return F, J
+
+
+def _check_equations(system: System, F: np.ndarray, J: np.ndarray) -> None:
+    degrees = system.degrees
+    for i, degree in enumerate(degrees):
+        vanishes = np.all(np.abs(J[:, i]).max(axis=1) <= 1e-14 * np.abs(F[:, i]))
+        if degree < 0 or (vanishes and not np.any(F[:, i])):
+            raise InvalidSystem(f"equation {i} is zero at the given parameters: leave it out")
+        if degree == 0 or vanishes:
+            value = complex(F[0, i])
+            shown = f"{value.real:.6g}" if value.imag == 0 else f"{value:.6g}"
+            raise InvalidSystem(f"equation {i} is the constant {shown}, which is never zero: there are no roots")
+
+
+def _check_unknowns(system: System, J: np.ndarray) -> None:
+    missing = np.flatnonzero(np.all(J == 0, axis=(0, 1)))
+    if missing.size:
+        names = ", ".join(str(system.unknowns[k]) for k in missing)
+        verb = "does" if missing.size == 1 else "do"
+        raise InvalidSystem(
+            f"{names} {verb} not occur in any equation, so the roots are not isolated: leave it out"
+        )
+
+
+def _normalised(J: np.ndarray) -> np.ndarray:
+    """Rows and columns of size one, so that the units of the user do not look like a lack of rank."""
+    J = J / np.maximum(np.abs(J).max(axis=2, keepdims=True), 1e-300)
+    return J / np.maximum(np.abs(J).max(axis=1, keepdims=True), 1e-300)
+
+
+def _check_multiples(F: np.ndarray, J: np.ndarray) -> None:
+    """Name two equations that are multiples of each other, if that is why the rank is low."""
+    rows = np.concatenate([F[:, :, None], J], axis=2).transpose(1, 0, 2).reshape(F.shape[1], -1)
+    rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    cosines = np.abs(rows @ rows.conj().T)
+    pairs = np.argwhere(np.triu(cosines > 1 - 1e-12, 1))
+    if len(pairs):
+        i, j = pairs[0]
+        raise InvalidSystem(f"equations {i} and {j} are multiples of each other, so the roots are not isolated")
+
+
+def square_up(system: System, seed: int = 0) -> System:
+    """As many random combinations of the equations as there are unknowns.
+
+    Each combination is one of the equations of highest degree plus random multiples of those left out, so that
+    the degrees stay as low as they can. A system with no more equations than unknowns is returned as it is.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> square_up(System([x**2 - 1, x*y - 1, x - y], [x, y]))
+    System(2 equations, 2 unknowns, 0 parameters, degrees 2·2)
+    """
+    rows, columns = system.size
+    if rows <= columns:
+        return system
+    order = sorted(range(rows), key=lambda i: (-system.degrees[i], i))
+    kept, extra = sorted(order[:columns]), order[columns:]
+    rng = np.random.default_rng([seed, 2005])
+    weights = np.exp(2j * np.pi * rng.random((columns, rows - columns)))
+    builder = Builder(columns, len(system.parameters))
+    nodes = system.embed(builder)
+    combined = []
+    for i, row in zip(kept, weights):
+        added = [builder.multiply(builder.constant(w), nodes[j]) for w, j in zip(row, extra)]
+        combined.append(builder.total([nodes[i], *added]))
+    groups = None
+    if system.groups is not None:
+        groups = [[system.unknowns[k] for k in group] for group in system.groups]
+    return System.from_program(builder.finish({"F": combined}), system.unknowns, system.parameters, groups)
+
+
+def satisfied(system: System, points: Any, values: Any = None, near: float = NEAR) -> np.ndarray:
+    """Which points are roots of all equations, to first order.
+
+    The distance from a point to the zero set of an equation f is about |f| / |∇f|. It must be below `near` times
+    the size of the point for every equation. Where the gradient vanishes with f (a multiple factor), the distance
+    is about the square root of |f| over its second derivatives; there the point is let through.
+
+    Parameters
+    ----------
+    system : System
+    points : array, shape (points, unknowns)
+    values : values of the parameters
+    near : float
+
+    Returns
+    -------
+    ndarray of bool, shape (points,)
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> satisfied(System([x**2 - 1, x*y - 1, x - y], [x, y]), [[1, 1], [1, -1]]).tolist()
+    [True, False]
+    """
+    points = np.atleast_2d(np.asarray(points, np.complex128))
+    if not len(points):
+        return np.zeros(0, bool)
+    F, J = evaluate(system.jacobian_program, points, system.values_of(values))
+    size = np.maximum(np.abs(points), 1e-3 * np.abs(points).max(axis=1, initial=1.0)[:, None])
+    with np.errstate(all="ignore"):
+        # In units of the size of each unknown, so that one large unknown does not hide another.
+        slope = np.abs(J * size[:, None, :]).max(axis=2)
+        distance = np.abs(F) / slope
+        # Where f and its gradient both vanish to rounding, nothing can be said against the point.
+        typical = slope.max(axis=1, keepdims=True)
+        silent = (np.abs(F) <= near**2 * typical) & (slope <= near * typical)
+        return np.all((distance <= near) | silent, axis=1)
