@@ -258,9 +258,9 @@ def design_from_candidate(number: int, candidate: Candidate, task: Task, family:
     parameters: dict[str, Any] = {}
     for name, value in candidate.parameters.items():
         if name in candidate.angles:
-            parameters[f"{name}_deg"] = tidy_degrees(float(np.real(value)))
+            parameters[f"{name}_deg"] = tidy_degrees(complex(value).real)
         else:
-            parameters[name] = complex(value) if np.iscomplexobj(value) else float(value)
+            parameters[name] = complex(value) if np.iscomplexobj(value) else complex(value).real
     reasons = list(candidate.reasons)
     distance, angle = candidate.pose_error, candidate.angle_error
     if candidate.linkage is not None and distance is None:
@@ -345,7 +345,7 @@ def funnel(designs: Sequence[Design], task: Task, roots: int | None) -> list[dic
     if roots is not None:
         stages.append({"stage": "roots", "left": roots, "removed": {}})
         for code, name in (("degenerate", "linkages"), ("complex", "real")):
-            gone = [root for root, group in left.items() if all(code in design.reasons for design in group)]
+            gone = {root for root, group in left.items() if all(code in design.reasons for design in group)}
             left = {root: group for root, group in left.items() if root not in gone}
             stages.append({"stage": name, "left": len(left), "removed": {code: len(gone)} if gone else {}})
     standing = list({design.id: design for group in left.values() for design in group}.values())

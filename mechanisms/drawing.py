@@ -174,7 +174,7 @@ def bodies(
             along, across = (z + length * complex(math.cos(a), math.sin(a)) for a in (angle, angle + math.pi / 2))
             colour: Any = {"color": colours.get(link, INK), "alpha": strength, "zorder": 8}
             head = {"arrowstyle": "-|>", "linewidth": 1.6, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
-            tips = {"xy": (along.real, along.imag), "xytext": (z.real, z.imag)}
+            tips: Any = {"xy": (along.real, along.imag), "xytext": (z.real, z.imag)}
             drawn.append(ax.annotate("", **tips, arrowprops={**head, **colour}, annotation_clip=False))
             x, y = _xy([z, z + 0.6 * (across - z)])
             drawn += ax.plot(x, y, linewidth=1.6, solid_capstyle="round", **colour)

@@ -13,7 +13,16 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from solvers.certify import certify as certify
+    from solvers.from_sympy import InvalidSystem as InvalidSystem
+    from solvers.monodromy import monodromy as monodromy
+    from solvers.solutions import Solutions as Solutions
+    from solvers.solve import solve as solve
+    from solvers.system import System as System
+    from solvers.tracking import Interrupted as Interrupted
 
 _HOME = {
     "Interrupted": "solvers.tracking",

@@ -14,6 +14,7 @@ end-effectors, Eqs. (1)–(5), (14)–(21).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -40,20 +41,18 @@ def turn(angle: ArrayLike) -> NDArray[np.complex128]:
     return (2j * np.sin(half) * np.exp(1j * half))[()]
 
 
-def three_pose_dyads(
-    links: tuple[ArrayLike, ArrayLike], bodies: tuple[float, float], moves: tuple[complex, complex]
-) -> Dyads:
+def three_pose_dyads(links: Sequence[ArrayLike], bodies: Sequence[float], moves: Sequence[complex]) -> Dyads:
     """The dyads that carry a body through three poses while their links turn by given angles.
 
     Solves the two linear equations (2) of Kiper for j = 2, 3 by Cramer's rule, which is Eqs. (14) and (15).
 
     Parameters
     ----------
-    links : pair of array_like, radians
+    links : two array_like, radians
         Rotations of W to the second and the third pose.
-    bodies : pair of float, radians
+    bodies : two floats, radians
         Rotations of the body.
-    moves : pair of complex
+    moves : two complex
         Displacements of the body's reference point.
 
     Returns
@@ -166,7 +165,8 @@ def eliminant() -> Eliminant:
     closure = equations[2][1]
     shares = {name: closure.coeff(symbols(name)) for name in ("W1", "W2", "dPQ")}  # −1, +1, −1 in Eq. (1)
 
-    def cleared(sum1: Any, det1: Any, sum2: Any, det2: Any, offset: Any) -> Any:
+    def cleared(factors: list[Any], offset: Any) -> Any:
+        sum1, det1, sum2, det2 = factors
         return -(shares["W1"] * sum1 + shares["dPQ"] * offset * det1) * det2 - shares["W2"] * sum2 * det1
 
-    return Eliminant((x, y), (*real, *bars), cleared(*forms, real[4]), cleared(*conjugates, bars[4]))
+    return Eliminant((x, y), (*real, *bars), cleared(forms, real[4]), cleared(conjugates, bars[4]))

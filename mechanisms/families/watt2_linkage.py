@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from mechanisms.families.dyads import Dyads
 from mechanisms.linkage import Input, Linkage
@@ -48,7 +49,7 @@ class Watt2:
         The fixed pivot O1 is taken from P's side; Eq. (1) says that Q's side gives the same.
         """
         (w1, z1), (_, z2), (w3, z3), (w4, z4) = self.dyads
-        named = {
+        named: dict[str, Any] = {
             "O1": self.p - z1 - w1,
             "O3": self.p - z3 - w3,
             "O4": self.q - z4 - w4,

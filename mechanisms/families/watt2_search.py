@@ -121,7 +121,7 @@ def sample_side(task: Task, half: Half, seed: int) -> Side:
     columns = _sobol(boxes, count, seed)
     turns = columns[: len(half.turns)]
     if len(half.turns) == 2:
-        dyads = three_pose_dyads((turns[0], turns[1]), tuple(half.rotations), tuple(half.moves))  # type: ignore
+        dyads = three_pose_dyads([*turns], half.rotations, half.moves)
     else:
         dyads = _two_pose_dyads(half, turns[0], dict(zip(names[1:], columns[1:])))
     pivot = half.effector - half.crank_body - half.crank

@@ -18,10 +18,11 @@ be chosen together, nor W1y and W2y; any other pair can, for general poses.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechanisms.families.base import Problem
 from mechanisms.families.dyads import Dyads, dyad_equations, turn
@@ -103,9 +104,9 @@ def shared_dyads(
             continue
         coordinates = {name: float(task.free[name]) for name in COORDINATES if name in task.free}
         coordinates |= dict(zip(open_names, task.size * point[2:].real))
-        vectors = [complex(coordinates[f"{v}_x"], coordinates[f"{v}_y"]) for v in VECTORS]
+        found = [complex(coordinates[f"{v}_x"], coordinates[f"{v}_y"]) for v in VECTORS]
         beta = math.atan2(point[1].real, point[0].real)
-        yield root, beta, Dyads(*vectors[:2]), Dyads(*vectors[2:])  # type: ignore[arg-type]
+        yield root, beta, Dyads(*found[:2]), Dyads(*found[2:])  # type: ignore[arg-type]
 
 
 def two_pose_data(task: Task) -> tuple[float, float, complex, complex, complex]:
@@ -120,7 +121,7 @@ def two_pose_data(task: Task) -> tuple[float, float, complex, complex, complex]:
     )
 
 
-def _linear(task: Task) -> Sequence[Any]:
+def _linear(task: Task) -> NDArray[np.complex128]:
     """W1, Z1, W2, Z2 from Eqs. (1)–(3) for a given β₂ and two of their coordinates."""
     alpha, gamma, d_pq, d_p, d_q = two_pose_data(task)
     a, b, g = (complex(turn(angle)) for angle in (alpha, task.free["beta2"], gamma))

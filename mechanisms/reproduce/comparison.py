@@ -132,11 +132,10 @@ def same_digits(printed: str, ours: Any) -> bool:
     >>> same_digits("12.902", 12.901924), same_digits("-3.170 + 12.268i", -3.1712 + 12.268j)
     (True, False)
     """
+    values: list[float]
     words = [word.replace("−", "-").replace(" ", "") for word in re.findall(_NUMBER, printed)]
     if isinstance(ours, (complex, np.complexfloating)):
-        values = [ours.real, ours.imag][: max(1, len(words))]
-        if len(words) == 1:
-            values = [ours.real] if abs(ours.imag) < 1e-9 else []
+        values = [float(ours.real), float(ours.imag)]
     else:
         values = list(ours) if isinstance(ours, tuple) else [ours]
     if len(words) != len(values):

@@ -7,6 +7,7 @@ data beside what SymPy and linear algebra make of Eqs. (1)–(5).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,10 @@ OFFSET = 45 + 15j
 TABLE = {(2, "(1–3)"): (9, 6, 3), (2, "(4–5)"): (10, 4, 6), (3, "(1–3)"): (10, 10, 0), (3, "(4–5)"): (12, 8, 4)}
 
 
-def two_pose_task(**free: float) -> Task:
+_Poses = Sequence[tuple[complex, float]]
+
+
+def two_pose_task(**free: Any) -> Task:
     """The example of Sect. 3, with its free choices or others."""
     chosen = free or {
         "beta2_deg": -90.0,
@@ -215,8 +219,8 @@ def _printed_eta3() -> float:
     return float(best.x)
 
 
-def _task(p: list[tuple[complex, float]], q: list[tuple[complex, float]], free: dict[str, float]) -> Task:
-    def poses(given: list[tuple[complex, float]]) -> list[dict[str, float]]:
+def _task(p: _Poses, q: _Poses, free: Mapping[str, float]) -> Task:
+    def poses(given: _Poses) -> list[dict[str, float]]:
         return [{"x": complex(z).real, "y": complex(z).imag, "angle_deg": float(a)} for z, a in given]
 
     return Task.from_dict(

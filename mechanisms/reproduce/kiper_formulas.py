@@ -44,16 +44,20 @@ def _e(angle: float) -> complex:
     return cmath.exp(1j * angle)
 
 
+def _constant(value: Any) -> Callable[[], Any]:
+    return lambda: value
+
+
 def _two_pose_formulas(d: SimpleNamespace) -> list[Comparison]:
     a, b = d.a2, d.b2
     ea, eb, eg, en, ef = _e(a), _e(b), _e(d.g2), _e(d.n2), _e(d.f2)
     px, py = d.p2.real, d.p2.imag
     # Eqs. (6), (7) for W1y, Z1y; then (1), (3) for W2, Z2
-    matrix = [[-sin(b), -sin(a)], [cos(b) - 1, cos(a) - 1]]
+    matrix = np.array([[-sin(b), -sin(a)], [cos(b) - 1, cos(a) - 1]], dtype=float)
     right = [px - (cos(b) - 1) * d.w1x - (cos(a) - 1) * d.z1x, py - sin(b) * d.w1x - sin(a) * d.z1x]
-    w1y, z1y = np.linalg.solve(matrix, right)
+    w1y, z1y = np.linalg.solve(matrix, np.array(right, dtype=float))
     w1, z1 = complex(d.w1x, w1y), complex(d.z1x, z1y)
-    w2, z2 = np.linalg.solve([[1, 1], [eb - 1, eg - 1]], [w1 + z1 + d.pq, d.q2])
+    w2, z2 = np.linalg.solve(np.array([[1, 1], [eb - 1, eg - 1]]), np.array([w1 + z1 + d.pq, d.q2]))
     z3, z4 = (d.p2 - (en - 1) * d.w3) / (ea - 1), (d.q2 - (ef - 1) * d.w4) / (eg - 1)
     det, mixed = sin(a - b) - sin(a) + sin(b), cos(a - b) - cos(a) - cos(b) + 1
 
@@ -108,11 +112,17 @@ def _three_pose_formulas(d: SimpleNamespace) -> list[Comparison]:
         why = (
             f"the numerator should be (E({letter}3) − 1){move}2 − (E({letter}2) − 1){move}3: 2 and 3 are exchanged"
         )
-        literal: Callable[[], Any] = lambda c2=c2, c3=c3, m2=m2, m3=m3, det=det: (c3 * m3 - c2 * m2) / det  # noqa: E731
-        mended: Callable[[], Any] = lambda c2=c2, c3=c3, m2=m2, m3=m3, det=det: (c3 * m2 - c2 * m3) / det  # noqa: E731
-        items.append(formula(f"Eq. ({number})", link, literal, lambda w=w: w, why, mended))
-        as_printed: Callable[[], Any] = lambda m2=m2, m3=m3, det=det: (b2 * m3 - b3 * m2) / det  # noqa: E731
-        items.append(formula(f"Eq. ({number + 1})", body, as_printed, lambda z=z: z))
+        items.append(
+            formula(
+                f"Eq. ({number})",
+                link,
+                _constant((c3 * m3 - c2 * m2) / det),
+                _constant(w),
+                why,
+                _constant((c3 * m2 - c2 * m3) / det),
+            )
+        )
+        items.append(formula(f"Eq. ({number + 1})", body, _constant((b2 * m3 - b3 * m2) / det), _constant(z)))
     return items
 
 
@@ -130,10 +140,10 @@ def _coefficients(d: SimpleNamespace) -> list[Comparison]:
         formula(
             "Eq. (18)",
             name,
-            lambda name=name: printed[name],
-            lambda name=name: truth[name],
+            _constant(printed[name]),
+            _constant(truth[name]),
             reasons.get(name, ""),
-            lambda name=name: mended[name],
+            _constant(mended[name]),
         )
         for name in "ABCDEF"
     ]

@@ -286,7 +286,7 @@ def test_import_is_quick_and_loads_nothing_heavy():
 
 
 def test_a_killed_run_resumes_with_the_same_answer(call, tmp_path):
-    """SIGKILL while designs are searched: the tracked paths are in the file, and --resume ends as if nothing was."""
+    """SIGKILL while designs are searched: the tracked paths are in the file, and --resume ends the same."""
     text = Path(EXAMPLE).read_text().split("[free]")[0] + "[solve]\nseed = 4\nsamples = 65536\n"
     (tmp_path / "t.toml").write_text(text)
     path = tmp_path / "run.db"
@@ -302,7 +302,7 @@ def test_a_killed_run_resumes_with_the_same_answer(call, tmp_path):
     connection = sqlite3.connect(path)
     assert connection.execute("SELECT COUNT(*) FROM chunk").fetchone()[0] > 0
     connection.close()
-    code, resumed, err = call("solve", str(tmp_path / "t.toml"), "--run", str(path), "--resume", "--json")
+    code, resumed, _ = call("solve", str(tmp_path / "t.toml"), "--run", str(path), "--resume", "--json")
     assert code == 0
     fresh = call("solve", str(tmp_path / "t.toml"), "--json")[1]
     assert json.loads(resumed) == json.loads(fresh)
