@@ -180,15 +180,53 @@ def satisfied(system: System, points: Any, values: Any = None, near: float = NEA
     [True, False]
     """
     points = np.atleast_2d(np.asarray(points, np.complex128))
+    return np.all(_near_zero(system, points, system.values_of(values), near), axis=1)
+
+
+def genuine(system: System, points: Any, values: Any = None) -> np.ndarray:
+    """Which roots of the squared-up, cleared equations are roots of the system as it was given.
+
+    Not genuine are excess roots of an overdetermined system, and points where a denominator vanishes that was
+    cleared.
+
+    Parameters
+    ----------
+    system : System
+    points : array, shape (points, unknowns)
+    values : values of the parameters
+
+    Returns
+    -------
+    ndarray of bool, shape (points,)
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> x, y = symbols("x y")
+    >>> genuine(System([(x**2 - 1) / (x - 1), y - x], [x, y]), [[1, 1], [-1, -1]]).tolist()
+    [False, True]
+    """
+    points = np.asarray(points, np.complex128).reshape(-1, len(system.unknowns))
+    rows, columns = system.size
+    good = np.ones(len(points), bool)
+    if rows > columns:
+        good &= satisfied(system, points, values)
+    if system.poles:
+        poles = System(system.poles, system.unknowns, system.parameters)
+        good &= ~np.any(_near_zero(poles, points, system.values_of(values), NEAR), axis=1)
+    return good
+
+
+def _near_zero(system: System, points: np.ndarray, values: np.ndarray, near: float) -> np.ndarray:
+    """Where an equation vanishes, to first order, shape (points, equations)."""
     if not len(points):
-        return np.zeros(0, bool)
-    F, J = evaluate(system.jacobian_program, points, system.values_of(values))
+        return np.zeros((0, system.size[0]), bool)
+    F, J = evaluate(system.jacobian_program, points, values)
     size = np.maximum(np.abs(points), 1e-3 * np.abs(points).max(axis=1, initial=1.0)[:, None])
     with np.errstate(all="ignore"):
         # In units of the size of each unknown, so that one large unknown does not hide another.
         slope = np.abs(J * size[:, None, :]).max(axis=2)
-        distance = np.abs(F) / slope
         # Where f and its gradient both vanish to rounding, nothing can be said against the point.
-        typical = slope.max(axis=1, keepdims=True)
+        typical = np.maximum(slope.max(axis=1, keepdims=True), 1.0)
         silent = (np.abs(F) <= near**2 * typical) & (slope <= near * typical)
-        return np.all((distance <= near) | silent, axis=1)
+        return (np.abs(F) <= near * slope) | silent

@@ -11,8 +11,9 @@ from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, magnitude
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import pairs_of_equals
 from solvers.scaling import scales_of
+from solvers.shapes import check_shape, genuine, square_up
 from solvers.solutions import Ledger, Singular, Solutions
-from solvers.system import InvalidSystem, System, evaluate
+from solvers.system import System, evaluate
 from solvers.tracking import Interrupted, Progress, Run, track_all
 
 STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
@@ -42,7 +43,8 @@ def solve(
     Parameters
     ----------
     system : System
-        As many equations as unknowns.
+        At least as many equations as unknowns. If there are more, random combinations of them are solved, and
+        roots of these that are not roots of the system are counted as excess.
     parameters : mapping or sequence of numbers, optional
         Values of the system's parameters.
     start : str or Solutions
@@ -81,13 +83,12 @@ def solve(
     Solutions(4 roots, 4 real, 0 singular, 0 failed of 4 paths)
     """
     values = system.values_of(parameters)
-    rows, columns = system.size
-    if rows != columns:
-        raise InvalidSystem(f"{rows} equations for {columns} unknowns: as many equations as unknowns are needed")
+    check_shape(system, values)
+    square = square_up(system, seed)
     run = Run(jobs=jobs, backend=backend, checkpoint=checkpoint, progress=progress)
     try:
         for attempt in range(FRESH_STARTS):
-            homotopy = homotopy_for(system, values, start, seed + 1000 * attempt)
+            homotopy = homotopy_for(square, values, start, seed + 1000 * attempt)
             ends, rungs = track_all(homotopy, run)
             if attempt:
                 rungs["with a fresh start"] = attempt * homotopy.starts.count
@@ -100,7 +101,7 @@ def solve(
         raise
     solutions = _collect(system, values, homotopy, ends, rungs)
     solutions.seed = seed
-    if certificates:
+    if certificates and square is system:
         _certify(system, solutions)
     return solutions
 
@@ -117,20 +118,25 @@ def homotopy_for(system: System, values: np.ndarray, start: str | Solutions, see
 def _collect(
     system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends, rungs: dict[str, int]
 ) -> Solutions:
-    regular = np.flatnonzero(ends.kind == REGULAR)
-    singular = np.flatnonzero(ends.kind == SINGULAR)
+    points = homotopy.in_user_units(ends.x)
+    right = np.ones(len(points), bool)
+    found = (ends.kind == REGULAR) | (ends.kind == SINGULAR)
+    right[found] = genuine(system, points[found], values)
+    regular = np.flatnonzero((ends.kind == REGULAR) & right)
+    singular = np.flatnonzero((ends.kind == SINGULAR) & right)
     account = Ledger(
         tracked=len(ends.kind),
         finite=len(regular),
         singular=len(singular),
+        excess=int(np.sum(~right)),
         at_infinity=int(np.sum(ends.kind == INFINITE)),
         failed=int(np.sum(ends.kind == FAILED)),
         rungs=rungs,
         failures=sorted(ends.why.items()),
     )
     return Solutions(
-        points=homotopy.in_user_units(ends.x[regular]),
-        singular=_singular(system, values, homotopy.in_user_units(ends.x[singular]), ends.winding[singular]),
+        points=points[regular],
+        singular=_singular(system, values, points[singular], ends.winding[singular]),
         parameters=values,
         ledger=account,
         unknowns=system.unknowns,
@@ -144,7 +150,8 @@ def _collect(
 def _evidence(homotopy: Homotopy, account: Ledger) -> str:
     if account.failed:
         return f"{account.failed} of {account.tracked} paths failed"
-    return f"all {account.tracked} paths of the {homotopy.name} homotopy are accounted for"
+    reason = f" ({homotopy.reason})" if homotopy.reason else ""
+    return f"all {account.tracked} paths of the {homotopy.name} homotopy{reason} are accounted for"
 
 
 def _singular(system: System, values: np.ndarray, points: np.ndarray, winding: np.ndarray) -> Singular:

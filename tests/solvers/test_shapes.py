@@ -7,7 +7,7 @@ import sympy
 from benchmarks.zoo import ZOO
 from solvers.from_sympy import InvalidSystem
 from solvers.polyhedral import polyhedral
-from solvers.shapes import check_shape, satisfied, square_up
+from solvers.shapes import check_shape, genuine, satisfied, square_up
 from solvers.system import System
 from solvers.tracking import Run, track_all
 
@@ -104,3 +104,9 @@ def test_satisfied_lets_multiple_factors_through():
 def test_square_systems_are_left_alone():
     system = System([x**2 - 1], [x])
     assert square_up(system) is system
+
+
+def test_poles_are_not_roots():
+    system = System([(x**2 - 1) * (x - 2) / (x - 1) ** 2 + p - p, y * x - 2], [x, y], [p])
+    points = [[1.0, 2.0], [-1.0, -2.0], [2.0, 1.0]]
+    assert genuine(system, points, [1.0]).tolist() == [False, True, True]
