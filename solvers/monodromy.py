@@ -34,6 +34,9 @@ from solvers.tracking import engine_of
 SEEDS = 12
 #: Legs without news after which the trace test is asked.
 QUIET_LEGS = 3
+#: A failed trace test means that roots are missing, or points of the test's own; each goes along another line of
+#: parameters, after more loops.
+MOST_TESTS = 6
 #: Legs after which the loops end, whatever has happened.
 MOST_LEGS = 200
 #: An end is a root when the last Newton step there is below this, relative …
@@ -208,7 +211,7 @@ def _loop_until_complete(
     progress: Callable[[str, int, int], None] | None,
     memory: _Memory,
 ) -> tuple[bool | None, float]:
-    quiet, passed, residual = 0, None, np.inf
+    quiet, tests, passed, residual = 0, 0, None, np.inf
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
         leg = search.leg(source)
@@ -227,15 +230,16 @@ def _loop_until_complete(
             break
         from solvers.trace import trace_test
 
-        test = trace_test(system, search.nodes[0].parameters, search.nodes[0].roots.points, seed=seed,
+        test = trace_test(system, search.nodes[0].parameters, search.nodes[0].roots.points, seed=1000 * tests + seed,
                           jobs=search.jobs, invariant=invariant,
                           expand=None if invariant is not None else search.group,
                           symmetry=search.group if invariant is not None else None,
                           progress=progress)  # fmt: skip
         passed, residual = test.passed, test.residual
-        if passed:
+        tests += 1
+        if passed or tests == MOST_TESTS:
             break
-        quiet = -2 * QUIET_LEGS if quiet < 3 * QUIET_LEGS else 0
+        quiet = 0
     return passed, residual
 
 

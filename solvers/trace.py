@@ -31,7 +31,7 @@ PASS = 1e-6
 #: Legs of monodromy for the points of the other line.
 MOST_LEGS = 60
 #: Two quiet legs and a failed test so many times in a row end the search: points are missing for good.
-PATIENCE = 6
+PATIENCE = 12
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def trace_test(
         lifted = [_lift(generator, n) for generator in symmetry.generators]
         group = Group(lifted, curve.start[:1])
     first = curve.move(curve.start, curve.origin, curve.base)
-    nodes = [_Node(curve.base, PointSet(roots.shape[1] + 1)), _Node(curve.other, PointSet(roots.shape[1] + 1))]
+    nodes = [_Node(curve.base, PointSet(roots.shape[1] + 1)), _Node(curve.slice(1.0), PointSet(roots.shape[1] + 1))]
     nodes[0].roots.add(first if group is None else group.representatives(first))
     typical = float(np.abs(curve.start).max())
     search = _Search(curve.engine, nodes, group, rng, jobs, "threads", typical)
@@ -112,6 +112,8 @@ def trace_test(
             progress("trace test", leg.known, max(leg.known, round(min(leg.estimate, 1e9))))
         if len(search.history) % 2:
             continue
+        # The points of the other line lie far and wide: each round goes by way of another hyperbola, small or large.
+        nodes[1] = _Node(curve.slice(10 ** rng.uniform(-1.5, 2.5)), PointSet(roots.shape[1] + 1))
         quiet = quiet + 1 if leg.new == 0 else 0
         if leg.new > 0.001 * leg.known:
             continue
@@ -153,15 +155,17 @@ class _Curve:
         heights = self.u(roots)
         spread = float(np.median(np.abs(heights))) or 1.0
 
-        def slice_() -> np.ndarray:
-            z = (rng.normal(size=3) + 1j * rng.normal(size=3)) / 2
-            return np.array([0.2 * z[0], spread * z[1], 0.2 * spread * z[2]])
-
+        self._rng, self._sizes = rng, np.array([1.0, spread, spread])
         self.start = np.concatenate([roots, np.zeros((len(roots), 1))], axis=1)
-        self.base, self.other = slice_(), slice_()
-        self.origin = np.array([0.0, slice_()[1], 0.0], np.complex128)
-        self.step = 0.3 * slice_()[2]
+        self.base = self.slice(0.5)
+        self.origin = np.array([0.0, self.slice(0.5)[1], 0.0], np.complex128)
+        self.step = 0.3 * self.slice(0.5)[2]
         self.engine: Engine = engine_of(parameter_homotopy(program, self.origin, self.base, self.start))
+
+    def slice(self, scale: float) -> np.ndarray:
+        """A random hyperbola (τ, c, s), of a size in proportion to the curve's."""
+        z = (self._rng.normal(size=3) + 1j * self._rng.normal(size=3)) / np.sqrt(2)
+        return np.asarray(scale * self._sizes * z)
 
     def u(self, points: np.ndarray) -> np.ndarray:
         """The function u at points (x, …)."""
