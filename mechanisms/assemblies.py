@@ -71,13 +71,13 @@ def assemblies(linkage: Linkage, driven: Input | str, value: float, seed: int = 
     >>> assemblies(four_bar, Input("crank"), 0.3)
     Assemblies(2 real, 0 complex)
     """
-    from solvers import solve
+    from solvers.solve import solve
 
     if isinstance(driven, str):
         driven = linkage.inputs[driven]
     start = generic_assemblies(linkage, driven)
     closure = Closure.of(linkage)
-    structure = Structure.of(closure, driven)
+    structure = Structure.of(linkage, driven)
     given = _given(closure, driven, value)
     solutions = solve(
         _system(structure),
@@ -99,7 +99,7 @@ def generic_assemblies(linkage: Linkage, driven: Input) -> Solutions:
     linkage.check_input(driven)
     closure = Closure.of(linkage)
     need_one_freedom(closure)
-    structure = Structure.of(closure, driven)
+    structure = Structure.of(linkage, driven)
     if structure not in _GENERIC:
         _GENERIC[structure] = generic(_system(structure), structure, linkage, more=1)
     return _GENERIC[structure]
@@ -118,7 +118,7 @@ def _system(structure: Structure) -> System:
         return _SYSTEMS[structure]
     import sympy as sp
 
-    from solvers import System
+    from solvers.system import System
 
     poly = closure_polynomials(structure)
     link, base = structure.driven

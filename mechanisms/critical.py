@@ -83,14 +83,14 @@ def dead_centres(linkage: Linkage, driven: Input | str, seed: int = 0) -> DeadCe
     >>> dead_centres(four_bar, Input("follower"))
     DeadCentres(4 real, 0 complex)
     """
-    from solvers import solve
+    from solvers.solve import solve
 
     if isinstance(driven, str):
         driven = linkage.inputs[driven]
     linkage.check_input(driven)
     closure = Closure.of(linkage)
     need_one_freedom(closure)
-    structure = Structure.of(closure, driven)
+    structure = Structure.of(linkage, driven)
     system = _system(structure)
     if structure not in _GENERIC:
         _GENERIC[structure] = generic(system, structure, linkage, more=0)
@@ -132,7 +132,7 @@ def _system(structure: Structure) -> System:
         return _SYSTEMS[structure]
     import sympy as sp
 
-    from solvers import System
+    from solvers.system import System
 
     poly = closure_polynomials(structure)
     link, base = structure.driven

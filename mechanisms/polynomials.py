@@ -40,8 +40,9 @@ class Structure:
     slide_class : tuple of int
     gears : tuple of tuple of int
     driven : (int, int)
-        Rotation classes of the driven link and of the one it is driven against; (displacement, −1) for a
-        slider.
+        Rotation classes of the driven link and of its base; (displacement, −1) for a slider.
+    graph : tuple of tuple of int
+        Points of each link: two graphs may have the same coefficients, but other relations among them.
     """
 
     turned: tuple[tuple[bool, ...], ...]
@@ -49,10 +50,13 @@ class Structure:
     slide_class: tuple[int, ...]
     gears: tuple[tuple[int, ...], ...]
     driven: tuple[int, int]
+    graph: tuple[tuple[int, ...], ...]
 
     @classmethod
-    def of(cls, closure: Closure, driven: Input) -> Structure:
+    def of(cls, linkage: Linkage, driven: Input) -> Structure:
         """Return the structure of a linkage with an input."""
+        closure = Closure.of(linkage)
+        number = {point: i for i, point in enumerate(linkage.points)}
         gradient, _ = closure.gradient(driven)
         if driven.translation:
             pair = int(np.argmax(np.abs(gradient))) - closure.rotations, -1
@@ -64,6 +68,7 @@ class Structure:
             tuple(int(k) for k in closure.slide_class),
             tuple(tuple(int(c) for c in row) for row in closure.gears),
             pair,
+            tuple(tuple(number[point] for point in members) for members in linkage.links.values()),
         )
 
     @property
@@ -160,7 +165,7 @@ def generic(system: System, structure: Structure, linkage: Linkage, more: int, s
     numbers follow for the parameters after the dimensions. A solve with a failed path is repeated from
     another random start.
     """
-    from solvers import solve
+    from solvers.solve import solve
 
     rng = np.random.default_rng(seed)
     first, second = (Closure.of(_shaken(linkage, rng)) for _ in range(2))

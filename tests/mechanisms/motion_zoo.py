@@ -215,3 +215,24 @@ def robomech():
         bodies={"C": ("2", "C"), "F": ("4", "F")},
         inputs={"7": Input("7")},
     )  # fmt: skip
+
+
+_WATT = {"t": "abc", "u": "ade", "k": "bf", "l": "fd", "m": "cg", "n": "ge"}
+_STEPHENSON = {"t": "abc", "u": "def", "k": "ad", "l": "be", "m": "cg", "n": "gf"}
+#: Six-bar kind to (chain, link that is the ground).
+SIX_BARS = {
+    "Watt I": (_WATT, "k"),
+    "Watt II": (_WATT, "t"),
+    "Stephenson I": (_STEPHENSON, "k"),
+    "Stephenson II": (_STEPHENSON, "m"),
+    "Stephenson III": (_STEPHENSON, "t"),
+}
+
+
+def six_bar(kind, rng):
+    """A six-bar of a kind with random dimensions, driven by each link that is pinned to the ground."""
+    chain, frame = SIX_BARS[kind]
+    points = {name: complex(*rng.normal(size=2)) for name in sorted(set("".join(chain.values())))}
+    links = {"ground" if name == frame else name: tuple(members) for name, members in chain.items()}
+    pinned = [name for name in links if name != "ground" and set(links[name]) & set(links["ground"])]
+    return Linkage(points, links, inputs={name: Input(name) for name in pinned})
