@@ -44,7 +44,7 @@ AGREE = 1e-7
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
 POLE = 1e-10
 #: How far out a direction is tried, and how well the highest terms must cancel there, relative.
-FAR, HIGHEST_TERMS = 1e9, 1e-6
+FAR, HIGHEST_TERMS = 1e13, 1e-6
 #: Below this radius exponents that have settled decide alone, for windings beyond the largest.
 EXPONENTS_DECIDE = 1e-9
 #: A coordinate with an exponent below this goes to infinity: 1/24 is the smallest that a loop could show.

@@ -134,6 +134,7 @@ def _rungs(
     tight = settings.tighter()
     yield "with tighter steps", rung(tight, pivoted=True)
     yield "with much tighter steps", rung(tight.tighter(), pivoted=True)
+    yield "in double-double", rung(tight, arithmetic="double-double")
 
 
 class _Options:
