@@ -12,7 +12,11 @@ from mechanisms.families.base import Candidate, Family, Free, Problem
 #: name in a task file -> "module:class"
 TABLE: dict[str, str] = {
     "watt2-two-effectors": "mechanisms.families.watt2_two_effectors:Watt2TwoEffectors",
+    "four-bar-path": "mechanisms.families.four_bar_path:FourBarPath",
+    "wanzer": "mechanisms.families.wanzer:Wanzer",
+    "rotatory-trammel": "mechanisms.families.rotatory_trammel:RotatoryTrammel",
     "four-bar-motion": "mechanisms.families.four_bar_motion:FourBarMotion",
+    "coupled-serial-chain": "mechanisms.families.coupled_serial_chain:CoupledSerialChain",
 }
 
 __all__ = ["TABLE", "Candidate", "Family", "Free", "Problem", "family", "names"]
