@@ -7,10 +7,25 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["showing_progress"]
+__all__ = ["motion_needs_compiling", "showing_progress"]
 
 #: Seconds after which a stage that says nothing is explained.
 PATIENCE = 2.0
+
+
+def motion_needs_compiling() -> bool:
+    """Whether the first motion will wait for machine code that is not in the cache yet.
+
+    Only for a message: where Numba keeps its cache is its own affair, and not knowing means saying nothing.
+    """
+    from pathlib import Path
+
+    from mechanisms import tube
+
+    try:
+        return not Path(tube.trace._cache._cache_file._index_path).exists()
+    except AttributeError:
+        return False
 
 
 @contextmanager
