@@ -236,3 +236,50 @@ def six_bar(kind, rng):
     links = {"ground" if name == frame else name: tuple(members) for name, members in chain.items()}
     pinned = [name for name in links if name != "ground" and set(links[name]) & set(links["ground"])]
     return Linkage(points, links, inputs={name: Input(name) for name in pinned})
+
+
+#: The three-pose example of that paper by Kiper: displacements and rotations (degrees) of P and Q.
+KIPER = {
+    "dPQ": 45 + 15j,
+    "dP": (15 + 5j, 25 + 10j),
+    "dQ": (20 + 10j, 30 + 5j),
+    "alpha": (-45.0, -30.0),
+    "gamma": (-60.0, -45.0),
+}
+
+
+def dyad(first, second, displacement):
+    """W and Z from W (e^{i first} − 1) + Z (e^{i second} − 1) = displacement at two poses; angles in degrees."""
+    rows = np.exp(1j * np.radians(np.array([first, second]).T)) - 1
+    return np.linalg.solve(rows, np.array(displacement, dtype=complex))
+
+
+def kiper_closure(beta, data=KIPER):
+    """W2 + Z2 − W1 − Z1 − dPQ for two rotations (degrees) of the common crank, times the denominators."""
+    w1, z1 = dyad(beta, data["alpha"], data["dP"])
+    w2, z2 = dyad(beta, data["gamma"], data["dQ"])
+    return w2 + z2 - w1 - z1 - data["dPQ"]
+
+
+def kiper_crank_rotations():
+    """The three real (β2, β3) of that example in degrees, refined from rounded values."""
+    found = []
+    for start in ((-118.0, -65.0), (-6.0, -13.6), (15.2, 11.5)):
+        beta = np.array(start)
+        for _ in range(30):
+            value = kiper_closure(beta)
+            slopes = [(kiper_closure(beta + h) - value) / 1e-6 for h in (np.array([1e-6, 0]), np.array([0, 1e-6]))]
+            matrix = np.array([[s.real for s in slopes], [s.imag for s in slopes]])
+            beta = beta - np.linalg.solve(matrix, [value.real, value.imag])
+        assert abs(kiper_closure(beta)) < 1e-9
+        found.append(tuple(beta))
+    return found
+
+
+def kiper_design(beta, eta, phi):
+    """Linkage and poses of the three-pose example for rotations of crank and rockers, in degrees."""
+    data = KIPER
+    pairs = [(beta, "alpha", "dP"), (beta, "gamma", "dQ"), (eta, "alpha", "dP"), (phi, "gamma", "dQ")]
+    vectors = [dyad(first, data[second], data[shift]) for first, second, shift in pairs]
+    linkage = two_effector_watt2(*(v for pair in vectors for v in pair))
+    return linkage, watt2_poses(beta, data["alpha"], data["gamma"], eta, phi)
