@@ -17,6 +17,7 @@ from mechanisms.designs import Design, design_from_candidate, funnel, rank
 from mechanisms.families.base import Family, Problem, Solved
 from mechanisms.families.reality import proved_real
 from mechanisms.linkage import LinkageError
+from mechanisms.progress import motion_needs_compiling
 from mechanisms.result import DONE, RUNNING, STOPPED, Result, description
 from mechanisms.task import Task, TaskError
 
@@ -123,7 +124,7 @@ def _synthesize(
         designs=rank(designs),
         funnel=funnel(designs, task, _count(solved)),
         ledger=_ledger(solved),
-        roots=_all_roots(solved, stopped),
+        roots=_all_roots(solved, stopped, family.freedom(task)),
         seed=task.seed,
         version=__version__,
         state=STOPPED if stopped else DONE,
@@ -222,6 +223,8 @@ def _designs(
         drawn = [design_from_candidate(number, candidate, task, family) for number, candidate in batch]
         drawn = [_with_reasons(d, violated(d, task.constraints, moving=False)) if d.linkage else d for d in drawn]
         total += len(drawn)
+        if total == len(drawn) and any(design.linkage is not None for design in drawn) and motion_needs_compiling():
+            progress("compiling the judge of motion, which only the first run does (half a minute)", 0, 1)
         progress("judging motion", total - len(drawn), total)
         yield from _judged(drawn, task, family, jobs)
         progress("judging motion", total, total)
@@ -240,6 +243,7 @@ def _judged(designs: Sequence[Design], task: Task, family: Family, jobs: int) ->
         and not hopeless & set(design.reasons)
         and not (family.many and design.reasons)
     ]
+    movable = {design.id for design in moving}
     verdicts: dict[str, Any] = {}
     if jobs > 1 and len(moving) >= BATCH:
         try:
@@ -248,7 +252,7 @@ def _judged(designs: Sequence[Design], task: Task, family: Family, jobs: int) ->
         except LinkageError:
             pass  # one of them cannot be moved: below, it is found and the others are judged
     for design in designs:
-        if design in moving and design.id not in verdicts:
+        if design.id in movable and design.id not in verdicts:
             assert design.linkage is not None
             try:
                 verdicts[design.id] = judge_inputs(design.linkage, None, design.poses)
@@ -287,8 +291,11 @@ def _ledger(solved: Sequence[Solved]) -> dict[str, int]:
     return {name: sum(part.solutions.ledger.as_dict()[name] for part in solved) for name in names}
 
 
-def _all_roots(solved: Sequence[Solved], stopped: bool) -> dict[str, Any]:
-    """The counts of the JSON output over all systems that were solved."""
+def _all_roots(solved: Sequence[Solved], stopped: bool, freedom: str = "") -> dict[str, Any]:
+    """The counts of the JSON output over all systems that were solved; `freedom` stands for infinitely many roots."""
+    if not solved and freedom:
+        counts = dict.fromkeys(("count", "real", "certified", "certified_real"), 0)
+        return {**counts, "complete": None, "evidence": freedom}
     if len(solved) <= 1:
         problem, solutions = (solved[0].problem, solved[0].solutions) if solved else (None, None)
         return _roots(problem, solutions, stopped)

@@ -251,6 +251,10 @@ class Family:
         """The candidates of everything that `solve` returned; by default `candidates` of the one set of roots."""
         return self.candidates(task, solved[0].solutions if solved else None, progress)
 
+    def freedom(self, task: Task) -> str:
+        """Half a sentence on what was tried, when a task without polynomials has infinitely many designs."""
+        return ""
+
     def candidates(
         self,
         task: Task,

@@ -1,21 +1,34 @@
-"""Four-bars that carry a body through two to five poses, and through poses mixed with points.
+"""Four-bars that carry a body through two to five poses.
 
-What is free decides the way:
+What the poses leave free decides the way:
 
-===========  =====================================================================================
-five poses   finitely many dyads, at most four real ones: `mechanisms.families.burmester`
-===========  =====================================================================================
+===========  ======================  =========================================================================
+poses        dyads                   designs
+===========  ======================  =========================================================================
+five         four, real or not       every pair of real ones (`mechanisms.families.burmester`)
+four         a curve of them         the best pairs of points of the curve, or of the points next to given
+                                     pivots (`mechanisms.families.circle_points`)
+three, two   two or three free       the best pairs with pivots that are given, lie in given ranges, or
+             numbers for each dyad   anywhere near the poses (`mechanisms.families.dyad_pools`)
+===========  ======================  =========================================================================
+
+Slider-cranks and their inversions are among them: a slider is a dyad with a pivot at infinity.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from mechanisms.families import burmester
-from mechanisms.families.base import BODY, Candidate, Family, Problem
+from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
+from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import INPUTS, pair_candidates
+from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool
 from mechanisms.families.motion_dyads import Poses, common_pole
+from mechanisms.families.pair_search import search_candidates
 from mechanisms.families.reality import real_roots
 from mechanisms.task import Task, TaskError
 
@@ -24,6 +37,17 @@ if TYPE_CHECKING:
 
 __all__ = ["FourBarMotion"]
 
+#: Points of the four-pose curve that are paired, and dyads sampled for each side with fewer poses. All their pairs
+#: are judged in about a second.
+STATIONS, SAMPLES = 240, 256
+
+_PIVOTS = tuple(
+    Free(f"{pivot}{number}_{axis}", "length", f"{axis} of the {word} pivot of dyad {number}", range=True)
+    for number in (1, 2)
+    for pivot, word in (("O", "fixed"), ("A", "moving"))
+    for axis in "xy"
+)
+
 
 class FourBarMotion(Family):
     """One body through given poses by two dyads."""
@@ -31,19 +55,30 @@ class FourBarMotion(Family):
     name = "four-bar-motion"
     summary = "four-bar or slider-crank that carries a body"
     source = "Burmester, Lehrbuch der Kinematik; McCarthy and Soh, Geometric Design of Linkages"
-    pose_counts = (5,)
+    pose_counts = (2, 3, 4, 5)
     too_many = "five poses leave four dyads and no choice"
     unknowns = "pivots of a dyad: z, zc, G, Gc"
-    roots = "4 dyads"
+    roots = "4 dyads for five poses"
+    free = _PIVOTS
     inputs = INPUTS
 
     def check(self, task: Task) -> None:
-        """Refuse motions that need no four-bar, or that none can perform."""
-        refuse_special_motions(task)
+        """Refuse motions that need no four-bar, and choices that the poses do not leave."""
+        poses = Poses.of(task.poses[BODY])
+        _refuse_special_motions(task, poses)
+        if len(poses) == 5 and task.free:
+            raise TaskError(
+                f"{task.where}: free.{next(iter(task.free))}: five poses determine every pivot; leave it out, "
+                f"or leave out a pose"
+            )
+        for number in (1, 2):
+            _check_regions(task, len(poses), number)
 
     def system(self, task: Task) -> Problem | None:
-        """The conditions of five poses on a dyad."""
+        """The conditions of five poses on a dyad; None for fewer poses, which leave a choice."""
         poses = Poses.of(task.poses[BODY])
+        if len(poses) < 5:
+            return None
         return Problem(
             burmester.projective_system(),
             burmester.dyad_parameters(poses),
@@ -53,16 +88,29 @@ class FourBarMotion(Family):
             mirror=burmester.MIRROR,
         )
 
+    def freedom(self, task: Task) -> str:
+        """What the poses leave open."""
+        left = {
+            4: f"four poses leave a curve of dyads; {STATIONS} points of it were paired",
+            3: f"three poses leave a plane of dyads; up to {SAMPLES} for each side were paired",
+            2: f"two poses leave three free numbers for each dyad; up to {SAMPLES} for each side were paired",
+        }
+        return left.get(len(task.poses[BODY]), "")
+
     def candidates(
         self,
         task: Task,
         solutions: Solutions | None,
         progress: Callable[[str, float], None] | None = None,
     ) -> Iterator[Candidate]:
-        """Every pair of real dyads as a linkage; complex dyads by themselves."""
-        assert solutions is not None
+        """Every pair of real dyads of five poses; the best pairs found for fewer."""
         poses = Poses.of(task.poses[BODY])
-        yield from _five(task, poses, solutions)
+        if solutions is not None:
+            yield from _five(task, poses, solutions)
+            return
+        if progress is not None:
+            progress("pairing dyads", 0.0)
+        yield from search_candidates(poses, *pools(task), task.constraints, task.title, task.length_unit)
 
 
 def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]:
@@ -80,9 +128,59 @@ def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]
     yield from pair_candidates(poses, dyads, task.title, task.length_unit)
 
 
-def refuse_special_motions(task: Task) -> None:
-    """Translations and pure rotations have whole families of dyads, or none; say what carries them instead."""
+def pools(task: Task) -> tuple[DyadPool, DyadPool]:
+    """The dyads that a task of two to four poses leaves for either side; one pool twice, if nothing is given."""
     poses = Poses.of(task.poses[BODY])
+    regions = [(region_of(task, f"O{number}"), region_of(task, f"A{number}")) for number in (1, 2)]
+    if len(poses) == 4:
+        try:
+            curve = CircleCurve(poses)
+        except ValueError as error:
+            raise TaskError(f"{task.where}: poses: {error}") from None
+        found = [_of_curve(curve, *pair) for pair in regions]
+    else:
+        found = [sampled_pool(poses, SAMPLES, *pair, seed=task.seed + k) for k, pair in enumerate(regions)]
+    if not any(region.given for pair in regions for region in pair):
+        return found[0], found[0]
+    return found[0], found[1]
+
+
+def region_of(task: Task, pivot: str) -> Region:
+    """What a task asks of the pivot O1, A1, O2 or A2."""
+    sides: list[Any] = []
+    for axis in "xy":
+        value = task.free.get(f"{pivot}_{axis}")
+        sides.append(None if value is None else value if isinstance(value, tuple) else (value, value))
+    return Region(*sides)
+
+
+def _of_curve(curve: CircleCurve, fixed: Region, moving: Region) -> DyadPool:
+    for region, which in ((moving, "moving"), (fixed, "fixed")):
+        if (place := region.point) is not None and curve.circuits:
+            circuit, phi, distance = curve.nearest(place, which)
+            g, z = curve.dyads(circuit, phi)
+            return DyadPool.of(g, z, distance_from_pick=np.array([distance]))
+    return curve_pool(curve, STATIONS, fixed, moving)
+
+
+def _check_regions(task: Task, poses: int, number: int) -> None:
+    """Refuse what over-determines a dyad, and single coordinates, which no search hits."""
+    fixed, moving = region_of(task, f"O{number}"), region_of(task, f"A{number}")
+    for name, region in ((f"O{number}", fixed), (f"A{number}", moving)):
+        if region.has_number and region.point is None and (poses == 4 or (fixed.given and moving.given)):
+            raise TaskError(
+                f"{task.where}: free.{name}: one coordinate alone as a number cannot be met by a search; "
+                f"give both coordinates, or a range"
+            )
+    if fixed.point is not None and moving.point is not None:
+        raise TaskError(
+            f"{task.where}: free.A{number}: either pivot of a dyad determines what the other can be; give one "
+            f"as a point and the other, if at all, as a range"
+        )
+
+
+def _refuse_special_motions(task: Task, poses: Poses) -> None:
+    """Translations and pure rotations have whole families of dyads, or none; say what carries them instead."""
     if len(poses) < 3:
         return
     if poses.parallel:

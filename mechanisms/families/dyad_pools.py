@@ -1,0 +1,263 @@
+"""Dyads to choose from, when two, three or four poses leave a choice.
+
+- **Four poses** leave a curve of dyads: its points at equal steps, and the two sliders.
+- **Three poses** leave the moving pivot free, or the fixed one; either determines the other by two linear
+  equations, and Ball's points become a circle.
+- **Two poses** leave the moving pivot free and the fixed one on the perpendicular bisector of its two places.
+
+A pool is arrays; a slider stands in it as a very long link, which is how closed formulas can judge it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechanisms.families.circle_points import CircleCurve, inverse_poses
+from mechanisms.families.motion_dyads import MotionDyad, Poses
+
+__all__ = ["DyadPool", "Region", "curve_pool", "sampled_pool", "third_point"]
+
+#: A slider's pivot is put this many sizes away: straight to 1e-4 of the size, rounded to 1e-8 of it.
+FAR = 1e4
+#: Without a region, pivots are looked for within this many sizes of the middle of the poses.
+REACH = 1.5
+#: Points on the circle of sliders of three poses.
+SLIDERS = 24
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where a pivot may be: intervals of x and y, a point when both are single numbers; None is anywhere.
+
+    Examples
+    --------
+    >>> Region((0, 1), None).holds(np.array([0.5 + 9j, 2.0])).tolist()
+    [True, False]
+    >>> Region((3, 3), (4, 4)).point
+    (3+4j)
+    """
+
+    x: Interval | None = None
+    y: Interval | None = None
+
+    @property
+    def given(self) -> bool:
+        """Whether it asks for anything."""
+        return self.x is not None or self.y is not None
+
+    @property
+    def point(self) -> complex | None:
+        """The place, if both coordinates are numbers."""
+        if self.x is None or self.y is None or self.x[0] != self.x[1] or self.y[0] != self.y[1]:
+            return None
+        return complex(self.x[0], self.y[0])
+
+    @property
+    def has_number(self) -> bool:
+        """Whether a coordinate is a number instead of a range."""
+        return any(side is not None and side[0] == side[1] for side in (self.x, self.y))
+
+    def holds(self, places: NDArray[np.complex128]) -> NDArray[np.bool_]:
+        """Which places lie in it; infinite ones lie in no region that asks for anything."""
+        inside = np.ones(np.shape(places), dtype=bool)
+        for side, values in ((self.x, places.real), (self.y, places.imag)):
+            if side is not None:
+                inside &= (values >= side[0]) & (values <= side[1])
+        return inside
+
+    def sample(self, unit: NDArray[np.float64], middle: complex, reach: float) -> NDArray[np.complex128]:
+        """Points of the unit square mapped into it; open sides are filled up to `reach` about `middle`."""
+        coordinates = []
+        for side, centre, column in ((self.x, middle.real, 0), (self.y, middle.imag, 1)):
+            low, high = side if side is not None else (centre - reach, centre + reach)
+            coordinates.append(low + (high - low) * unit[:, column])
+        return coordinates[0] + 1j * coordinates[1]
+
+
+@dataclass(frozen=True, eq=False)
+class DyadPool:
+    """Dyads as arrays.
+
+    Attributes
+    ----------
+    fixed, moving : (n,) complex arrays
+        Pivots in pose 0; a slider's infinite pivot stands far away.
+    kinds : (n,) array of str
+    lines : (n,) complex array
+        Directions of the slides; zero for RR.
+    marks : mapping of str to (n,) array
+        Numbers that say which dyad it is: ``station`` on a curve.
+    """
+
+    fixed: NDArray[np.complex128]
+    moving: NDArray[np.complex128]
+    kinds: NDArray[Any]
+    lines: NDArray[np.complex128]
+    marks: Mapping[str, NDArray[np.float64]]
+
+    def __len__(self) -> int:
+        return len(self.fixed)
+
+    @classmethod
+    def of(cls, fixed: ArrayLike, moving: ArrayLike, **marks: NDArray[np.float64]) -> DyadPool:
+        """A pool of RR dyads."""
+        g, z = np.atleast_1d(np.asarray(fixed, complex)), np.atleast_1d(np.asarray(moving, complex))
+        return cls(g, z, np.full(len(g), "RR"), np.zeros(len(g), complex), marks)
+
+    def where(self, keep: NDArray[Any]) -> DyadPool:
+        """Some of them."""
+        marks = {name: values[keep] for name, values in self.marks.items()}
+        return DyadPool(self.fixed[keep], self.moving[keep], self.kinds[keep], self.lines[keep], marks)
+
+    def with_sliders(self, sliders: list[MotionDyad], size: float) -> DyadPool:
+        """These and some sliders, whose marks are not a number."""
+        fixed, moving = [], []
+        for dyad in sliders:
+            away = FAR * size * 1j
+            fixed.append(dyad.moving + away * dyad.fixed if dyad.kind == "PR" else dyad.fixed)
+            moving.append(dyad.fixed + away * dyad.moving if dyad.kind == "RP" else dyad.moving)
+        lines = [dyad.fixed if dyad.kind == "PR" else dyad.moving for dyad in sliders]
+        blank = np.full(len(sliders), np.nan)
+        return DyadPool(
+            np.append(self.fixed, fixed),
+            np.append(self.moving, moving),
+            np.append(self.kinds, [dyad.kind for dyad in sliders]),
+            np.append(self.lines, lines),
+            {name: np.append(values, blank) for name, values in self.marks.items()},
+        )
+
+    def dyad(self, index: int) -> MotionDyad:
+        """One of them."""
+        kind = str(self.kinds[index])
+        fixed, moving, line = complex(self.fixed[index]), complex(self.moving[index]), complex(self.lines[index])
+        if kind == "PR":
+            return MotionDyad("PR", line, moving)
+        return MotionDyad("RP", fixed, line) if kind == "RP" else MotionDyad("RR", fixed, moving)
+
+
+def curve_pool(curve: CircleCurve, count: int, fixed: Region, moving: Region) -> DyadPool:
+    """Dyads of four poses: `count` points of the curve at equal steps, and the sliders.
+
+    The mark ``station`` of a point is 100·k + its percentage of the way round circuit k.
+    """
+    parts: list[tuple[Any, ...]] = []
+    for number, circuit in enumerate(curve.circuits):
+        share = max(8, count // len(curve.circuits))
+        g, z = curve.dyads(circuit, circuit.stations(share))
+        parts.append((g, z, 100.0 * (number + np.arange(share) / share)))
+    g, z, station = (np.concatenate(column) for column in zip(*parts)) if parts else (np.zeros(0),) * 3
+    finite = np.isfinite(g) & np.isfinite(z)
+    pool = DyadPool.of(g[finite], z[finite], station=station[finite])
+    return _inside(pool.with_sliders(curve.sliders(), curve.poses.size), fixed, moving)
+
+
+def third_point(poses: Poses, moving: ArrayLike) -> NDArray[np.complex128]:
+    """Three poses: the centre of the circle through the three places of points of the body.
+
+    Parameters
+    ----------
+    poses : Poses
+        Three of them. With ``inverse_poses(poses)`` the circle points of given centre points are found.
+    moving : (n,) complex array_like
+        Points of the body in pose 0.
+
+    Returns
+    -------
+    (n,) complex array
+        Not finite where the three places lie on a line.
+
+    Examples
+    --------
+    >>> poses = Poses.of([(1, 0, 0), (0, 1, 90), (-1, 0, 180)])  # a rotation about the origin
+    >>> bool(abs(third_point(poses, [2 + 1j])[0]) < 1e-12)
+    True
+    """
+    places = poses.carry(np.atleast_1d(np.asarray(moving, dtype=complex)))
+    d1, d2 = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # |d1|² = 2 Re(c̄ d1), |d2|² = 2 Re(c̄ d2) for the centre c from the first place
+        area = (np.conj(d1) * d2).imag
+        centre = 1j * (d1 * np.abs(d2) ** 2 - d2 * np.abs(d1) ** 2) / (2 * area)
+        return places[:, 0] + np.where(area == 0, np.inf, centre)
+
+
+def sampled_pool(poses: Poses, count: int, fixed: Region, moving: Region, seed: int) -> DyadPool:
+    """Dyads of two or three poses, spread over regions for their pivots.
+
+    The pivot that is a point, or else the one whose region is given, is chosen, and the other follows.
+    """
+    from scipy.stats import qmc
+
+    unit = qmc.Sobol(3, seed=np.random.default_rng(seed)).random_base2(max(1, math.ceil(math.log2(count))))
+    middle = complex(poses.points.mean())
+    choose_fixed = fixed.point is not None or (fixed.given and not moving.given)
+    region = fixed if choose_fixed else moving
+    motion = inverse_poses(poses) if choose_fixed else poses
+    chosen = region.sample(unit, middle, REACH * poses.size)
+    if len(poses) == 3 and region.point is not None:
+        chosen = chosen[:1]
+    if len(poses) == 3:
+        other = third_point(motion, chosen)
+    else:
+        places = motion.carry(chosen)
+        way = places[:, 1] - places[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            across = 1j * way / np.abs(way)
+        # the tangent spreads the other pivot over the whole bisector, most of it near the body
+        other = places.mean(axis=1) + across * poses.size * np.tan(np.pi * (unit[: len(chosen), 2] - 0.5))
+    g, z = (chosen, other) if choose_fixed else (other, chosen)
+    finite = np.isfinite(g) & np.isfinite(z)
+    pool = DyadPool.of(g[finite], z[finite])
+    if region.point is None:
+        pool = pool.with_sliders(_sliders(poses, chosen[:SLIDERS], choose_fixed), poses.size)
+    return _inside(pool, fixed, moving)
+
+
+def _sliders(poses: Poses, chosen: NDArray[np.complex128], fixed: bool) -> list[MotionDyad]:
+    """PR dyads of chosen moving pivots, or RP dyads of fixed ones; three poses leave a circle of them."""
+    motion = inverse_poses(poses) if fixed else poses
+    if len(poses) == 3:
+        chosen = _line_points(motion, SLIDERS)
+    places = motion.carry(chosen)
+    way = places[:, 1] - places[:, 0]
+    found = []
+    for pivot, line in zip(chosen, way):
+        if abs(line) > 1e-9 * poses.size:
+            unit = complex(line / abs(line))
+            found.append(
+                MotionDyad("RP", complex(pivot), unit) if fixed else MotionDyad("PR", unit, complex(pivot))
+            )
+    return found
+
+
+def _line_points(poses: Poses, count: int) -> NDArray[np.complex128]:
+    """Points of the body whose three places lie on a line: a circle."""
+    (p1, p2), (a1, a2) = poses.moves[1:], np.exp(1j * poses.angles[1:]) - 1
+    # Im(conj(p1 + a1 z)(p2 + a2 z)) = A|z|² + Re(B̄ z) + C = 0
+    a = (np.conj(a1) * a2).imag
+    b = 1j * (p1 * np.conj(a2)) - 1j * (np.conj(p2) * a1).conjugate()
+    c = (np.conj(p1) * p2).imag
+    if abs(a) < 1e-12:
+        return np.zeros(0, complex)
+    centre = -b / (2 * a)
+    square = abs(centre) ** 2 - c / a
+    if square <= 0:
+        return np.zeros(0, complex)
+    turn = np.exp(2j * np.pi * np.arange(count) / count)
+    return poses.points[0] + centre + math.sqrt(square) * turn
+
+
+def _inside(pool: DyadPool, fixed: Region, moving: Region) -> DyadPool:
+    keep = np.ones(len(pool), dtype=bool)
+    for region, places in ((fixed, pool.fixed), (moving, pool.moving)):
+        if region.point is None and region.given:
+            keep &= region.holds(places)
+    return pool.where(keep)

@@ -1,0 +1,135 @@
+"""Pools of dyads, the search among their pairs, and the four-pose map, against the general judge."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mechanisms import Task, TaskError, synthesize
+from mechanisms.families.circle_points import CircleCurve
+from mechanisms.families.dyad_pairs import pair_linkage
+from mechanisms.families.dyad_pools import Region, curve_pool, sampled_pool
+from mechanisms.families.motion_dyads import Poses
+from mechanisms.families.solution_map import BRANCH, CIRCUIT, ORDER, SolutionMap
+from mechanisms.motion import judge
+
+LIFT = [(0, 0, 0), (30, 40, 20), (80, 55, 55), (125, 35, 90)]
+ANY = Region()
+
+
+def task(rows, **tables):
+    poses = [dict(zip(("x", "y", "angle_deg"), map(float, row))) for row in rows]
+    return Task.from_dict({"mechanism": "four-bar-motion", "poses": poses, **tables})
+
+
+@pytest.fixture(scope="module")
+def lift_map():
+    return SolutionMap.of(Poses.of(LIFT), 80)
+
+
+def test_the_map_says_what_the_general_judge_says(lift_map):
+    rng = np.random.default_rng(3)
+    seen = set()
+    poses = lift_map.poses
+    for _ in range(60):
+        i, j = rng.integers(0, len(lift_map.stations), 2)
+        if lift_map.link_ratio[i, j] > 30:  # near a slider, or the same dyad twice
+            continue
+        linkage, configurations = pair_linkage(
+            poses, lift_map.dyad(lift_map.stations[j]), lift_map.dyad(lift_map.stations[i])
+        )
+        verdict = judge(linkage, "crank", configurations)
+        expected = {(): None, ("circuit",): CIRCUIT, ("branch",): BRANCH, ("order",): ORDER}[verdict.reasons]
+        code = int(lift_map.verdict[i, j])
+        assert code >= 3 if expected is None else code == expected
+        seen.add(code)
+        if expected is None:
+            assert abs(verdict.min_transmission_deg - lift_map.transmission[i, j]) < 0.6
+    assert len(seen) >= 4
+
+
+def test_a_design_is_picked_by_its_two_points(lift_map):
+    driven, following = lift_map.best()
+    candidate = lift_map.pick(driven, following)
+    verdict = judge(candidate.linkage, "crank", candidate.poses)
+    assert verdict.reasons == ()
+    row, column = (int(np.argmin(np.abs(lift_map.stations - s))) for s in (following, driven))
+    assert verdict.min_transmission_deg >= lift_map.transmission[row, column] - 0.5
+    with pytest.raises(TaskError, match="from 0 to 100"):
+        lift_map.dyad(250)
+
+
+def test_the_map_is_drawn(lift_map, tmp_path):
+    figure = lift_map.plot(tmp_path / "map.png")
+    assert (tmp_path / "map.png").stat().st_size > 20_000
+    labels = [text.get_text() for ax in figure.axes for text in ax.get_xticklabels()]
+    assert "50" in labels
+
+
+def test_the_map_needs_four_poses():
+    with pytest.raises(TaskError, match="belongs to four"):
+        SolutionMap.of(Poses.of(LIFT[:3]))
+
+
+def test_every_dyad_of_a_pool_carries_the_body():
+    for count in (2, 3):
+        poses = Poses.of(LIFT[:count])
+        for fixed, moving in ((ANY, ANY), (Region((0, 0), (-50, -50)), ANY), (ANY, Region((10, 60), (0, 20)))):
+            pool = sampled_pool(poses, 64, fixed, moving, seed=1)
+            assert len(pool) > 0
+            errors = [pool.dyad(k).errors(poses).max() for k in range(len(pool))]
+            assert max(errors) < 1e-7
+            if fixed.point is not None:
+                assert np.all(pool.fixed == fixed.point)
+            if moving.given:
+                assert np.all(moving.holds(pool.moving))
+        kinds = set(sampled_pool(poses, 64, ANY, ANY, seed=1).kinds)
+        assert kinds == {"RR", "PR"}
+    four = curve_pool(CircleCurve(Poses.of(LIFT)), 60, ANY, ANY)
+    assert set(four.kinds) == {"RR", "PR", "RP"}
+    assert max(four.dyad(k).errors(Poses.of(LIFT)).max() for k in range(len(four))) < 1e-6
+
+
+def test_four_poses_give_designs_free_of_defects():
+    result = synthesize(Task.from_file("examples/four_bar_four_poses.toml"))
+    assert len(result.accepted) == 8
+    assert "curve of dyads" in result.roots["evidence"]
+    assert result.roots["complete"] is None
+    assert {"slider-crank", "four-bar"} <= {design.extra["kind"] for design in result.designs}
+    for design in result.accepted:
+        assert design.worst_pose_error < 1e-9
+        assert design.min_transmission_deg >= 35
+
+
+def test_given_pivots_are_kept():
+    found = synthesize(task(LIFT[:3], free={"O1_x": 0, "O1_y": -40, "O2_x": 60, "O2_y": -40}))
+    assert len(found.designs) == 1
+    (design,) = found.designs
+    assert {complex(round(z.real, 9), round(z.imag, 9)) for z in design.pivots.values()} == {-40j, 60 - 40j}
+    assert design.worst_pose_error < 1e-9
+
+
+def test_a_pivot_on_the_curve_is_the_nearest_to_the_one_given():
+    curve = CircleCurve(Poses.of(LIFT))
+    place = 60 - 60j
+    circuit, phi, distance = curve.nearest(place)
+    around = curve.dyads(circuit, np.linspace(0, 2 * np.pi, 20001))[1]
+    assert distance <= np.abs(around - place).min() + 1e-9
+    found = synthesize(task(LIFT, free={"A1_x": 60, "A1_y": -60}))
+    wanted = curve.dyads(circuit, phi)[1][0]
+    for design in found.designs:
+        moving = [design.linkage.points[name] for name in ("A1", "A2") if name in design.linkage.points]
+        assert min(abs(z - wanted) for z in moving) < 1e-6
+        assert any(name.startswith("distance_from_pick") for name in design.extra)
+
+
+@pytest.mark.parametrize(
+    ("rows", "free", "words"),
+    [
+        (LIFT[:3], {"O1_x": 0, "O1_y": 0, "A1_x": 1, "A1_y": 1}, "either pivot of a dyad determines"),
+        (LIFT, {"O1_x": 0}, "give both coordinates, or a range"),
+    ],
+)
+def test_choices_that_the_poses_do_not_leave_are_refused(rows, free, words):
+    with pytest.raises(TaskError, match=words):
+        task(rows, free=free)
