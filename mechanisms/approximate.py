@@ -206,7 +206,9 @@ def minimax_fit(
     slopes = jacobian or (lambda y: differences(residuals, y))
     limits = constraints or (lambda y: np.zeros(0))
     limit_slopes = constraint_jacobian or (lambda y: differences(limits, y))
-    scale = np.maximum(np.abs(x), 1.0) if box is None else np.maximum(box[:, 1] - box[:, 0], 1e-12)
+    scale = np.maximum(np.abs(x), 1.0)
+    if box is not None:
+        scale = np.minimum(scale, np.maximum(box[:, 1] - box[:, 0], 1e-12))
     region, r, c = 0.1, residuals(x), limits(x)
     merit = _merit(r, c)
     converged = False

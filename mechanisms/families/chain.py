@@ -28,12 +28,23 @@ from numpy.typing import ArrayLike, NDArray
 from mechanisms.linkage import Gear, Input, Linkage
 from mechanisms.task import TaskError
 
-__all__ = ["SerialChain", "chain_for_points", "chain_for_poses", "free_choices", "gear_fraction", "link_matrix"]
+__all__ = [
+    "SerialChain",
+    "chain_for_points",
+    "chain_for_poses",
+    "free_choices",
+    "gear_fraction",
+    "input_angles",
+    "link_matrix",
+    "whole_exponents",
+]
 
 #: Reciprocal condition below which (3) does not determine the links: two of them turn alike.
 SINGULAR = 1e-12
 #: Gear ratios are cut as fractions with at most this denominator when that changes them by rounding only.
-LARGEST_DENOMINATOR = 1000
+LARGEST_DENOMINATOR, SAME_RATIO = 1000, 1e-12
+#: Other ratios have at most this denominator, where the error of the fraction and of q R φ in doubles are alike.
+FINEST_DENOMINATOR = 10**8
 
 
 @dataclass(frozen=True)
@@ -126,13 +137,17 @@ class SerialChain:
 
 
 def gear_fraction(ratio: float) -> Fraction:
-    """A ratio as a fraction: a simple one if it is that to rounding, else the float exactly.
+    """A ratio as a fraction: a simple one if it is that to rounding, else one that is wrong by 1e-16 or less.
+
+    A motion counts whole turns of gears, q R φ modulo 2π, so that the denominator must not eat up the digits of φ.
 
     >>> gear_fraction(-1.5), gear_fraction(1 / 3)
     (Fraction(-3, 2), Fraction(1, 3))
     """
     simple = Fraction(ratio).limit_denominator(LARGEST_DENOMINATOR)
-    return simple if abs(float(simple) - ratio) <= 1e-14 * max(1.0, abs(ratio)) else Fraction(ratio)
+    if abs(float(simple) - ratio) <= SAME_RATIO * max(1.0, abs(ratio)):
+        return simple
+    return Fraction(ratio).limit_denominator(FINEST_DENOMINATOR)
 
 
 def link_matrix(ratios: ArrayLike, phi: ArrayLike) -> NDArray[np.complex128]:
