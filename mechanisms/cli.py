@@ -7,7 +7,6 @@ else.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -16,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mechanisms import __version__
+from mechanisms.catalogue_command import catalogue
 from mechanisms.checks import suggest
+from mechanisms.console import console, print_json, say
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from mechanisms.result import Result
 
 OK, FAILED, WRONG, STOPPED = 0, 1, 2, 3
@@ -61,9 +60,9 @@ def families_command(as_json: bool) -> None:
     from mechanisms import tables
 
     if as_json:
-        _print_json(tables.family_rows())
+        print_json(tables.family_rows())
     else:
-        _console().print(tables.families_table())
+        console().print(tables.families_table())
 
 
 @cli.command()
@@ -110,13 +109,13 @@ def solve(
             progress=progress,
         )
     if as_json:
-        _print_json(result.as_dict())
+        print_json(result.as_dict())
     else:
         _print_result(result, result.designs, TOP, everything=False)
         _print_hint(result, task, run)
     if result.state != "done":
         kept = f"; it is kept in {run}, add --resume to go on" if run else "; with --run RUN.db it would be kept"
-        _say(f"stopped: this is what was found so far{kept}")
+        say(f"stopped: this is what was found so far{kept}")
         return STOPPED
     return OK
 
@@ -149,9 +148,9 @@ def show(
     if design is not None:
         chosen = _design(result, design, run)
         if as_json:
-            _print_json(chosen.as_dict())
+            print_json(chosen.as_dict())
         else:
-            _console().print(tables.design_sheet(chosen, result))
+            console().print(tables.design_sheet(chosen, result))
         return OK
     designs = list(result.designs)
     for text in where:
@@ -162,7 +161,7 @@ def show(
         document = result.as_dict()
         kept = designs if top is None else designs[:top]
         document["designs"] = [d.as_dict() for d in kept]
-        _print_json(document)
+        print_json(document)
     else:
         _print_result(result, designs, top or (None if everything else TOP), everything or bool(where))
     return OK
@@ -183,7 +182,7 @@ def plot(run: str, design: str, output: str | None, driven: str) -> int:
     if driven and driven not in chosen.verdicts:
         raise TaskError(f"--input: {chosen.id} has no input '{driven}'; {suggest(driven, chosen.verdicts)}")
     save_design(chosen, path, task=_load(run).task, driven=driven)
-    _say(f"wrote {path}")
+    say(f"wrote {path}")
     return OK
 
 
@@ -200,7 +199,7 @@ def report(run: str, output: str, top: int) -> int:
     result = _load(run)
     path = _output(output, ("html",))
     write_report(result, path, top)
-    _say(f"wrote {path}")
+    say(f"wrote {path}")
     return OK
 
 
@@ -217,7 +216,7 @@ def export(run: str, design: str, output: str) -> int:
     path = _output(output, FORMATS)
     _with_linkage(chosen)
     export_design(chosen, path, result.task)
-    _say(f"wrote {path}")
+    say(f"wrote {path}")
     return OK
 
 
@@ -234,11 +233,14 @@ def reproduce(paper: str, as_json: bool) -> int:
     names = list(papers.PAPERS) if paper == "all" else [paper]
     found = {name: papers.reproduce(name) for name in names}
     if as_json:
-        _print_json({name: [item.as_dict() for item in items] for name, items in found.items()})
+        print_json({name: [item.as_dict() for item in items] for name, items in found.items()})
     else:
         for name in names:
-            _console().print(papers.comparison_table(name, found[name]))
+            console().print(papers.comparison_table(name, found[name]))
     return OK
+
+
+cli.add_command(catalogue)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -253,10 +255,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code if isinstance(code, int) else OK
     except click.exceptions.Exit as stop:
         return stop.exit_code
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else "")
+        return OK
     except click.ClickException as error:
         return _refuse(error.format_message())
     except (click.Abort, KeyboardInterrupt):
-        _say("stopped")
+        say("stopped")
         return STOPPED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that closing it says nothing more
@@ -275,58 +280,45 @@ def run() -> None:
 def _users_fault(error: Exception) -> bool:
     if isinstance(error, TaskError):
         return True
+    from mechanisms.catalogue.entries import CatalogueError
+    from solvers.from_sympy import InvalidSystem
     from solvers.store import StoreError
 
-    return isinstance(error, StoreError)
+    return isinstance(error, (StoreError, CatalogueError, InvalidSystem))
 
 
 def _refuse(message: str) -> int:
-    _say(f"error: {' '.join(message.split())}")
+    say(f"error: {' '.join(message.split())}")
     return WRONG
-
-
-def _say(message: str) -> None:
-    click.echo(message, err=True)
-
-
-def _print_json(document: Any) -> None:
-    click.echo(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False))
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160
-    return Console(highlight=False, width=width, soft_wrap=False)
 
 
 def _print_result(result: Result, designs: Sequence[Any], top: int | None, everything: bool) -> None:
     from mechanisms import tables
 
-    console = _console()
+    out = console()
     for line in tables.headline(result):
-        console.print(line, markup=False, soft_wrap=True)
-    console.print()
-    console.print(tables.funnel_table(result))
+        out.print(line, markup=False, soft_wrap=True)
+    out.print()
+    out.print(tables.funnel_table(result))
     shown = [d for d in designs if everything or d.linkage is not None]
     listed = shown if top is None else shown[:top]
-    console.print()
+    out.print()
     if listed:
-        console.print(tables.result_table(listed, result.task.length_unit))
+        out.print(tables.result_table(listed, result.task.length_unit))
     elif not designs:
-        console.print("no design")
+        out.print("no design")
     if len(listed) < len(shown):
-        console.print(f"… and {len(shown) - len(listed)} more; --top N shows more", markup=False)
+        out.print(f"… and {len(shown) - len(listed)} more; --top N shows more", markup=False)
 
 
 def _print_hint(result: Result, task: str, run: str | None) -> None:
     if not result.designs:
         return
     if run is None:
-        _say(f"to draw and export designs: everylinkage solve {task} --run RUN.db")
+        say(f"to draw and export designs: everylinkage solve {task} --run RUN.db")
     elif result.accepted:
         best = result.accepted[0].id
-        _say(f"next: everylinkage plot {run} {best} -o {best}.gif   or   everylinkage show {run} {best}")
+        say(f"next: everylinkage plot {run} {best} -o {best}.gif   or   everylinkage show {run} {best}")
 
 
 def _load(run: str) -> Result:

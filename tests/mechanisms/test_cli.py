@@ -307,3 +307,22 @@ def test_a_killed_run_resumes_with_the_same_answer(call, tmp_path):
     fresh = call("solve", str(tmp_path / "t.toml"), "--json")[1]
     assert json.loads(resumed) == json.loads(fresh)
     assert json.loads(call("show", str(path), "--json")[1]) == json.loads(fresh)
+
+
+def test_without_arguments_there_is_help(call):
+    for arguments in ((), ("catalogue",)):
+        code, out, err = call(*arguments)
+        assert code == 0 and out.startswith("Usage: everylinkage") and err == ""
+
+
+def test_catalogue_lists_and_verifies(call):
+    entries = json.loads(call("catalogue", "list", "--json")[1])
+    names = {entry["name"] for entry in entries}
+    assert "trammel:5" in names
+    code, out, _ = call("catalogue", "verify", "trammel:5", "--json")
+    report = json.loads(out)["trammel:5"]
+    assert code == 0 and all(check["passed"] for check in report)
+    code, out, err = call("catalogue", "verify", "tramel")
+    assert (
+        code == 2 and err.startswith("error: the catalogue has nothing called 'tramel'") and err.count("\n") == 1
+    )
