@@ -30,7 +30,7 @@ def trammel_system() -> System:
 
 def trammel_seed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A generic root and its parameters: the displacements are what the linkage makes of random rotations."""
-    m, mc, d, dc, R, Rc, *rest = _gauss(rng, 18)
+    m, mc, d, dc, R, Rc, *rest = gauss(rng, 18)
     t, e = np.array(rest[:6]), np.array(rest[6:])
     p = R / e * t**2 + d * t + (m - d - R) - m * e
     pc = Rc * e / t**2 + dc / t + (mc - dc - Rc) - mc / e
@@ -59,7 +59,7 @@ def four_bar_system() -> System:
 
 def four_bar_seed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A generic root and its parameters."""
-    x, xc, a, ac, y, yc, b, bc, *turns = _gauss(rng, 16)
+    x, xc, a, ac, y, yc, b, bc, *turns = gauss(rng, 16)
     turn = np.array(turns) / np.abs(turns) * np.exp(0.3 * rng.normal(size=8))
     back = 1 / turn
 
@@ -76,7 +76,7 @@ def four_bar_seed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     return np.array(point), np.concatenate([delta, s + w * delta])
 
 
-def _gauss(rng: np.random.Generator, count: int) -> np.ndarray:
+def gauss(rng: np.random.Generator, count: int) -> np.ndarray:
     return (rng.normal(size=count) + 1j * rng.normal(size=count)) / np.sqrt(2)
 
 
@@ -128,7 +128,7 @@ def fibre(system: System, seed, count: int, rng: np.random.Generator, loops: int
 
 
 def _generic(rng: np.random.Generator, like: np.ndarray) -> np.ndarray:
-    return _gauss(rng, len(like))
+    return gauss(rng, len(like))
 
 
 def distinct(points: np.ndarray, tolerance: float = 1e-7) -> np.ndarray:
