@@ -26,7 +26,7 @@ WORTH = 0.75
 MANY_TERMS = 5_000
 PATIENCE = 100_000
 #: Steps of the search over groupings when mixed cells are known, and when there is nothing better.
-SHORT_SEARCH, LONG_SEARCH = 100_000, 3_000_000
+SHORT_SEARCH, LONG_SEARCH = 20_000, 3_000_000
 
 
 @dataclass(frozen=True)

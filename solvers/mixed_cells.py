@@ -16,6 +16,7 @@ says which of the two goes on, so that no list of visited cells is kept. All num
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -27,8 +28,9 @@ from solvers.mixed_cell_walk import TIED, TOO_LARGE, TOO_LONG, adjugate, push, w
 
 #: Bits of the random liftings. Two walls meet with probability about 2^-bits for each pair of walls compared.
 _LIFTING_BITS = 26
-#: Up to so many unknowns the plain version is faster than loading the compiled one.
-SMALL_SYSTEM = 8
+#: Up to so many unknowns the plain version is faster than loading the compiled one: half a second in a fresh
+#: process, some milliseconds where the tracker's kernel has set numba to work already.
+SMALL_SYSTEM, TINY_SYSTEM = 8, 4
 #: Liftings tried before giving up.
 _ATTEMPTS = 20
 
@@ -118,7 +120,7 @@ def mixed_cells(
     points = _checked(supports)
     n = len(points)
     if compiled is None:
-        compiled = _compiled.cache_info().currsize > 0 or n > SMALL_SYSTEM
+        compiled = _compiled.cache_info().currsize > 0 or n > (TINY_SYSTEM if _numba_is_warm() else SMALL_SYSTEM)
     order = _order(points)
     ordered = [points[k] for k in order]
     for attempt in range(_ATTEMPTS):
@@ -155,7 +157,7 @@ def _order(points: list[np.ndarray]) -> list[int]:
 def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool, patience: int) -> Any:
     """Edges of the cells and the liftings, or None if the lifting was not generic."""
     n = len(points)
-    if any(len(p) < 2 for p in points):
+    if n == 0 or any(len(p) < 2 for p in points):
         return np.zeros((0, n, 2), np.int64), [np.zeros(len(p), np.int64) for p in points]
     shifted = [p - p.min(axis=0) for p in points]
     degrees = [int(p.sum(axis=1).max()) for p in shifted]
@@ -209,6 +211,10 @@ def _stage(
     return walk(exact[0], exact[1], exact[2], low, high, cells.copy(), stage, 0.0, 0.0, patience)
 
 
+def _numba_is_warm() -> bool:
+    return "solvers.kernel.tracker" in sys.modules
+
+
 @cache
 def _compiled() -> Any:
     import numba
@@ -220,10 +226,11 @@ def _compiled() -> Any:
 
 
 def _volumes(points: list[np.ndarray], edges: np.ndarray) -> np.ndarray:
+    import flint
+
     n = len(points)
+    steps = np.stack([p[edges[:, i, 1]] - p[edges[:, i, 0]] for i, p in enumerate(points)], axis=1)
     volumes = np.empty(len(edges), object)
-    work = np.empty((n, 2 * n), object)
-    for k, cell in enumerate(edges):
-        matrix = np.array([p[b] - p[a] for p, (a, b) in zip(points, cell)]).astype(object)
-        volumes[k] = int(adjugate(matrix, work, False))
+    for k, matrix in enumerate(steps.reshape(len(edges), n * n).tolist()):
+        volumes[k] = abs(int(flint.fmpz_mat(n, n, matrix).det()))
     return volumes
