@@ -6,7 +6,7 @@ on an octagon, again and again until they come back to where they began. The num
 number m; along the loops x is an analytic function of s = r^(1/m), so its mean over the loops is its value at
 r = 0 (Cauchy's integral, with an error of order r^8; Morgan, Sommese, Wampler, *Numer. Math.* 58, 1991). Finite
 and infinite ends are treated alike by working in the chart of the largest coordinate: 1/x_j has a mean that is
-zero, and the number of its zeros inside the loop counts the order of the pole.
+zero, and m times its exponent is the order of the pole.
 
 Nothing is decided on one radius: two in a row must agree on m and on the limit.
 """
@@ -51,6 +51,9 @@ EXPONENTS_DECIDE = 1e-9
 INFINITE_EXPONENT = -0.04
 #: Exponents that change by less than this from one radius to the next have settled for good.
 STILL = 0.01
+#: A root whose scaled condition number is below this is regular. Above, a path on its way to a multiple root may
+#: be taken for one that has arrived: double-double decides.
+TRUSTED = 1e6
 #: A root whose Jacobian has a scaled condition number above this is no regular root.
 SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
@@ -61,6 +64,10 @@ SHORT_WAY = 0.1
 STRONG = 0.2
 #: A Newton step cannot be smaller than about this times the condition number.
 ROUNDING = 1e-15
+#: At a singular root that has been refined in double-double the condition number is 1e15 or more.
+HOPELESS = 1e13
+#: Last step in double-double of a Newton iteration that converges quadratically.
+QUADRATIC = 1e-20
 #: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
 SETTLED = 0.15
 
@@ -102,15 +109,20 @@ class Ends:
 
 
 def finish(
-    engine: Any, program: Program, x: np.ndarray, target: np.ndarray, direction: np.ndarray, settings: Settings
+    engine: Any,
+    equations: Program,
+    x: np.ndarray,
+    target: np.ndarray,
+    direction: np.ndarray,
+    settings: Settings,
 ) -> Ends:
     """Track paths from r = 1 to their ends.
 
     Parameters
     ----------
-    engine : object with a method ``track``
-    program : Program
-        With outputs F and J, to look at the ends.
+    engine : object with a method ``track`` and a ``program`` with outputs F and J
+    equations : Program
+        Output F.
     x : ndarray, shape (paths, unknowns)
         Solutions at r = 1.
     target, direction : ndarray, shape (parameters,)
@@ -125,7 +137,7 @@ def finish(
     )
     if not count:
         return ends
-    walk = _Walk(engine, program, target, direction, settings, ends)
+    walk = _Walk(engine, equations, target, direction, settings, ends)
     radius = FIRST_RADIUS
     rows, points = walk.advance(np.arange(count), ends.x, 1.0, radius)
     for _ in range(RADII):
@@ -144,8 +156,9 @@ def finish(
 class _Walk:
     """Paths on their last stretch, with what earlier radii have told about each."""
 
-    def __init__(self, engine, program, target, direction, settings, ends: Ends) -> None:
-        self.engine, self.program, self.settings, self.ends = engine, program, settings, ends
+    def __init__(self, engine, equations, target, direction, settings, ends: Ends) -> None:
+        self.engine, self.equations, self.settings, self.ends = engine, equations, settings, ends
+        self.program = engine.program
         self.target, self.direction = target, direction
         count, size = ends.x.shape
         self.exponents = np.full((count, size), np.nan)
@@ -215,10 +228,16 @@ class _Walk:
 
     def _regular(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
         polished, condition = newton(self.program, points, self.target)
-        good = condition < SUSPECT
+        last = newton_step(self.program, polished, self.target)
+        with np.errstate(all="ignore"):
+            size = (np.abs(last) / relative_weights(polished)).max(axis=1)
+        good = (condition < TRUSTED) & (size < 10 * ROUNDING * condition)
         self.ends.x[rows[good]] = polished[good]
         self.ends.condition[rows[good]] = condition[good]
         self.ends.kind[rows[good]] = REGULAR
+        unsure = np.flatnonzero(~good & np.isfinite(condition))
+        if unsure.size:
+            good[unsure] = self._is_simple(rows[unsure], polished[unsure])
         return good
 
     # -- round the circle -----------------------------------------------------------------------------------
@@ -242,6 +261,11 @@ class _Walk:
                 ends = mean[finite, :-1] / mean[finite, -1:]
                 where = ripe[finite]
                 singular = self._is_singular(rows[where], ends)
+                alone = np.flatnonzero(singular & (turns[finite] == 1))
+                if alone.size:
+                    simple = self._is_simple(rows[where[alone]], ends[alone])
+                    decided[where[alone[simple]]] = True
+                    singular[alone[simple]] = False
                 self._close(rows[where[singular]], ends[singular], turns[finite][singular], SINGULAR)
                 decided[where[singular]] = True
         if radius < EXPONENTS_DECIDE:
@@ -270,6 +294,25 @@ class _Walk:
         along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
         return (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
 
+    def _is_simple(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Whether a limit that no path winds round is a simple root after all, only an ill-conditioned one.
+
+        Newton's method in double-double converges quadratically to a simple root, by halves to a multiple one.
+        """
+        from solvers.arithmetic.double_double import DoubleDouble
+        from solvers.refine import newton_double_double
+
+        target = DoubleDouble(self.target, np.zeros_like(self.target))
+        start = DoubleDouble(x, np.zeros_like(x))
+        refined, errors = newton_double_double(self.equations, self.program, start, target)
+        way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
+        condition = scaled_condition(self.program, refined.hi, self.target)
+        simple = (errors < QUADRATIC) & (way < AGREE) & (condition < HOPELESS)
+        self.ends.condition[rows[simple]] = condition[simple]
+        self.ends.x[rows[simple]] = refined.hi[simple]
+        self.ends.kind[rows[simple]] = REGULAR
+        return simple
+
     def _is_infinite(self, direction: np.ndarray) -> np.ndarray:
         """Whether a limit direction is a root at infinity: there the terms of highest degree cancel.
 
@@ -295,7 +338,6 @@ class _Walk:
 
         first = charted(points, pick)
         total = np.zeros_like(first)
-        winding_of_pole = np.zeros(count)
         turns = np.zeros(count, np.int64)
         active, x, previous = pick, points, first
         corners = radius * np.exp(2j * np.pi * np.arange(CORNERS + 1) / CORNERS)
@@ -313,8 +355,6 @@ class _Walk:
                 total[active] += previous
                 active, x = active[alive], done.x[alive]
                 here = charted(x, active)
-                with np.errstate(all="ignore"):
-                    winding_of_pole[active] += np.angle(here[:, -1] / previous[alive][:, -1])
                 previous = here
                 if not active.size:
                     break
@@ -326,7 +366,8 @@ class _Walk:
             if not active.size:
                 break
         mean = total / (CORNERS * np.maximum(turns, 1))[:, None]
-        return turns, mean, np.rint(winding_of_pole / (2 * np.pi))
+        exponents = np.concatenate([self.exponents[rows], np.zeros((count, 1))], axis=1)
+        return turns, mean, np.rint(-exponents[pick, chart] * turns)
 
 
 def _homogeneous(x: np.ndarray) -> np.ndarray:
@@ -336,7 +377,8 @@ def _homogeneous(x: np.ndarray) -> np.ndarray:
 
 def newton_step(program: Program, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """J⁻¹F at each point, shape (n, unknowns); infinite where J is singular."""
-    F, J = evaluate(program, points, parameters)
+    with np.errstate(all="ignore"):
+        F, J = evaluate(program, points, parameters)
     scale = 1 / np.maximum(np.abs(J).max(axis=2, keepdims=True), 1e-300)
     finite = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
     step = np.full(F.shape, np.inf, np.complex128)
@@ -401,8 +443,9 @@ def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.nd
 
 def scaled_condition(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """Condition numbers of the Jacobian, with unknowns and equations measured in their own sizes, shape (n,)."""
-    J = evaluate(program, x, parameters)[1]
-    scaled = J * relative_weights(x)[:, None, :] / magnitudes(program, x, parameters)[:, :, None]
+    with np.errstate(all="ignore"):
+        J = evaluate(program, x, parameters)[1]
+        scaled = J * relative_weights(x)[:, None, :] / magnitudes(program, x, parameters)[:, :, None]
     result = np.full(len(J), np.inf)
     finite = np.isfinite(scaled).all(axis=(1, 2))
     if finite.any():

@@ -118,7 +118,7 @@ def digest(homotopy: Homotopy) -> str:
 
 def _track_chunk(engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings) -> Ends:
     return finish(
-        engine, engine.program, homotopy.starts.points(chunk), homotopy.target, homotopy.direction, settings
+        engine, homotopy.program, homotopy.starts.points(chunk), homotopy.target, homotopy.direction, settings
     )
 
 
