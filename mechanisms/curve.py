@@ -102,7 +102,7 @@ class Circuit:
         """Return configurations and unit tangents at places (scalar or (k,)) of the circuit."""
         places = np.atleast_1d(np.asarray(place, dtype=float))
         nodes = self.x, self.tangent, self.bend, self.step
-        xs, ts = _compiled().on_arcs(*kernel(self.closure), *nodes, places)
+        xs, ts = _charts().on_arcs(*kernel(self.closure), *nodes, places)
         return (xs, ts) if np.ndim(place) else (xs[0], ts[0])
 
     def sample(self, places: np.ndarray) -> dict[str, np.ndarray]:
@@ -126,7 +126,7 @@ class Circuit:
         A sign change between nodes cannot be missed; two of them within one arc show in the cubic that has
         the rate and its derivative of both nodes, and the arc is then cut where that cubic turns.
         """
-        tube = _compiled()
+        chart = _charts()
         rate, slope = self.tangent @ gradient, self.bend @ gradient
         length = np.linalg.norm(np.diff(self.x, axis=0), axis=1)
         places: list[float] = []
@@ -134,19 +134,25 @@ class Circuit:
             cuts = [0.0, *_turns_of_cubic(*rate[arc : arc + 2], *(slope[arc : arc + 2] * length[arc])), 1.0]
             tau = np.array(cuts) * self.step[arc]
             where = (*kernel(self.closure), self.x[arc], self.tangent[arc], self.bend[arc])
-            signs = tube.on_arc(*where, tau)[1] @ gradient
+            signs = chart.on_arc(*where, tau)[1] @ gradient
             # A node may stand in a dead centre: both arcs that meet there must see the same sign.
             signs[0], signs[-1] = rate[arc], rate[arc + 1]
             for low, high, p, q in zip(tau[:-1], tau[1:], signs[:-1], signs[1:]):
                 if (p > 0) != (q > 0):
-                    places.append(arc + tube.turning(*where, low, high, gradient) / self.step[arc])
+                    places.append(arc + chart.turning(*where, low, high, gradient) / self.step[arc])
         return np.array(places)
 
 
-def _compiled() -> Any:
+def _tubes() -> Any:
     from mechanisms import tube
 
     return tube
+
+
+def _charts() -> Any:
+    from mechanisms import chart
+
+    return chart
 
 
 def kernel(closure: Closure) -> tuple[Any, ...]:
@@ -206,7 +212,7 @@ def trace(closure: Closure, x: np.ndarray | None = None, longest: float = 0.4, r
     LinkageError
         If the linkage has not one degree of freedom, or x does not close the loops.
     """
-    tube = _compiled()
+    tube = _tubes()
     need_one_freedom(closure)
     x = closure.reference() if x is None else np.asarray(x, dtype=float)
     if np.abs(closure.residual(x)).max() > 1e-9:
@@ -238,7 +244,7 @@ def _run(result: tuple[Any, ...], closure: Closure) -> Circuit:
 
 def _joined(back: Circuit, forward: Circuit) -> Circuit:
     """Trace once more, from the far end of the trace the other way, so that all charts look forward."""
-    tube = _compiled()
+    tube = _tubes()
     # The very last node may be too near a double point for a step away from it.
     far = max(len(back.x) - 2, 0)
     result = tube.trace(*kernel(back.closure), back.x[far], -back.tangent[far], 2 * ROOM, tube.LONGEST)
