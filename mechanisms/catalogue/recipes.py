@@ -21,6 +21,7 @@ Array = NDArray[np.complex128]
 MADE_FROM = {
     "trammel": "mechanisms.families.trammel_generic:trammel_recipe",
     "four-bar-path": "mechanisms.families.four_bar_generic:curve_recipe",
+    "alt-burmester": "mechanisms.families.alt_burmester:mixed_recipe",
 }
 #: The entries that are shipped: what the paper's choices need, and the nine points.
 SHIPPED = (
@@ -31,6 +32,9 @@ SHIPPED = (
     "four-bar-path:8:g",
     "four-bar-path:7:y_N,g",
     "four-bar-path:6:y_M,y_N,g",
+    "alt-burmester:2:6",
+    "alt-burmester:3:4",
+    "alt-burmester:4:2",
 )
 
 
