@@ -106,7 +106,15 @@ def test_five_poses_of_three_links_through_the_front_door() -> None:
     phi = np.radians([0, 30, 70, 100, 140])
     result = synthesize(task_of(poses=as_poses(chain.tip(phi), chain.turning(phi)), free={"links": 3}))
     assert any(abs(d.parameters["R1"] + 1.3) < 1e-8 and d.accepted for d in result.designs)
-    assert all("proved" in d.note and d.worst_pose_error < 1e-6 for d in result.designs)
+    assert all("proved" in d.note and d.worst_pose_error < 1e-5 for d in result.designs)
+
+
+def test_ratios_that_are_no_fractions_get_gears_that_nearly_have_them() -> None:
+    chain = SerialChain(1j, (2, 1 + 1j, 0.5), (1, -np.sqrt(2), 1 / np.sqrt(3)))
+    phi = np.radians([0, 30, 70, 100, 140])
+    result = synthesize(task_of(poses=as_poses(chain.tip(phi), chain.turning(phi)), free={"links": 3}))
+    (known,) = [d for d in result.designs if abs(d.parameters["R1"] + np.sqrt(2)) < 1e-8]
+    assert known.accepted and 1e-10 < known.worst_pose_error < 1e-5
 
 
 def test_more_poses_are_fitted_and_a_known_chain_is_found() -> None:
