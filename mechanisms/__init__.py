@@ -3,7 +3,7 @@
 >>> from mechanisms import Task, synthesize
 >>> task = Task.from_file("examples/two_effectors_three_poses.toml")
 >>> synthesize(task).accepted
-[Design(D002, accepted, transmission 40.0°)]
+[Design(D003, accepted, transmission 27.6°)]
 
 What is heavy (SymPy, SciPy, Matplotlib, the compiled solver) is imported when first used.
 """

@@ -30,6 +30,7 @@ choose is searched (`mechanisms.families.watt2_search`).
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
@@ -61,8 +62,8 @@ TRIVIAL = (
 TRIVIAL_DISTANCE = 1e-7
 #: A body that turns less than this, in radians, in both moves is translated.
 TRANSLATION = 1e-9
-#: Newton steps that bring the angles from the solver's accuracy to rounding.
-POLISH = 3
+#: Newton steps from the solver's accuracy to far more than double precision, and the digits they are done with.
+POLISH_STEPS, POLISH_DIGITS = 3, 40
 
 _VECTORS = [Free(n, "length", f"coordinate of {n[:2]}") for n in two.COORDINATES]
 _OUTER = [
@@ -155,17 +156,18 @@ class Watt2TwoEffectors(Family):
         assert problem is not None
         real, trivial = problem.real(points), _trivial_roots(task, points)
         alpha, gamma = _rotations(task, "P"), _rotations(task, "Q")
-        for root, point in enumerate(points):
+        for root, approximate in enumerate(points):
             if root in trivial:
-                yield Candidate(
-                    root, _angles(np.angle(point)), reasons=("degenerate",), note=trivial[root], angles=ANGLES
-                )
+                number, words = trivial[root]
+                angles = _angles(((0.0, 0.0), alpha, gamma)[number])
+                yield Candidate(root, angles, reasons=("degenerate",), note=words, angles=ANGLES)
                 continue
+            point = _polished(task, approximate)
             if not real[root]:
-                named = {"E(beta2)": complex(point[0]), "E(beta3)": complex(point[1])}
+                named = {"E(beta2)": point[0], "E(beta3)": point[1]}
                 yield Candidate(root, named, reasons=("complex",))
                 continue
-            beta = _polished(task, np.angle(point))
+            beta = (cmath.phase(point[0]), cmath.phase(point[1]))
             dyad1 = three_pose_dyads(beta, alpha, _moves(task, "P"))
             dyad2 = three_pose_dyads(beta, gamma, _moves(task, "Q"))
             yield root, beta, dyad1, dyad2
@@ -281,35 +283,57 @@ def _eliminant_values(task: Task) -> list[complex]:
     return values + [value.conjugate() for value in values]
 
 
-def _trivial_roots(task: Task, points: NDArray[Any]) -> dict[int, str]:
-    """Which root is which trivial one: the nearest to each, if it is near."""
+def _trivial_roots(task: Task, points: NDArray[Any]) -> dict[int, tuple[int, str]]:
+    """Which root is which trivial one, by number and in words: the nearest to each, if it is near."""
     alpha, gamma = (np.exp(1j * np.array(_rotations(task, body))) for body in ("P", "Q"))
-    named: dict[int, str] = {}
-    for words, place in zip(TRIVIAL, (np.ones(2), alpha, gamma)):
+    named: dict[int, tuple[int, str]] = {}
+    for number, (words, place) in enumerate(zip(TRIVIAL, (np.ones(2), alpha, gamma))):
         distances = np.abs(points - place).max(axis=1, initial=0.0)
         distances[list(named)] = np.inf
         if len(distances) and distances.min() < TRIVIAL_DISTANCE:
-            named[int(np.argmin(distances))] = words
+            named[int(np.argmin(distances))] = (number, words)
     return named
 
 
-def _polished(task: Task, beta: NDArray[Any]) -> tuple[float, float]:
-    """β₂, β₃ by Newton's method on the real and imaginary part of Eq. (18), from a root that is real to 1e-8."""
-    a2, a3, g2, g3, d_pq, p2, p3, q2, q3 = _eliminant_values(task)[:9]
-    a2, a3, g2, g3 = a2 - 1, a3 - 1, g2 - 1, g3 - 1
-    angles = np.array(beta, dtype=float)
-    for _ in range(POLISH):
-        b2, b3 = complex(turn(angles[0])), complex(turn(angles[1]))
-        # factors of Eq. (18), each linear in b2 and b3, with their derivatives by b2 and b3
-        sum_p = np.array([a3 * p2 - a2 * p3 + b2 * p3 - b3 * p2, p3, -p2])
-        sum_q = np.array([g3 * q2 - g2 * q3 + b2 * q3 - b3 * q2, q3, -q2])
-        det_p, det_q = np.array([b2 * a3 - a2 * b3, a3, -a2]), np.array([b2 * g3 - g2 * b3, g3, -g2])
-        left, right = sum_p + d_pq * det_p, sum_q
-        value = left[0] * det_q[0] - right[0] * det_p[0]
-        slopes = left[1:] * det_q[0] + left[0] * det_q[1:] - right[1:] * det_p[0] - right[0] * det_p[1:]
-        columns = slopes * 1j * np.exp(1j * angles)
-        jacobian = np.array([columns.real, columns.imag])
-        if abs(np.linalg.det(jacobian)) < 1e-300:
-            break
-        angles = angles - np.linalg.solve(jacobian, [value.real, value.imag])
-    return float(angles[0]), float(angles[1])
+def _polished(task: Task, point: NDArray[Any]) -> tuple[complex, complex]:
+    """A root of Eq. (18) and its conjugate, correctly rounded.
+
+    Newton's method in many digits, so that the last bit depends neither on the start system nor on the engine that
+    tracked the path.  The factors of Eq. (18) are linear forms l₀ + l₁x + l₂y; those of its conjugate, times
+    xy, are their conjugates at (1/x, 1/y).
+    """
+    import mpmath
+
+    with mpmath.workdps(POLISH_DIGITS):
+        size = mpmath.mpf(task.size)
+        units, moves = {}, {}
+        for body in ("P", "Q"):
+            units[body] = [mpmath.expj(angle) - 1 for angle in _rotations(task, body)]
+            moves[body] = [mpmath.mpmathify(move) / size for move in _moves(task, body)]
+        offset = mpmath.mpmathify(task.poses["Q"][0].point - task.poses["P"][0].point) / size
+        forms = []  # sum of W and Z times the determinant, and the determinant; of P, then of Q
+        for body in ("P", "Q"):
+            (c2, c3), (m2, m3) = units[body], moves[body]
+            forms.append((c3 * m2 - c2 * m3 - m3 + m2, m3, -m2))
+            forms.append((c2 - c3, c3, -c2))
+        conjugates = [tuple(mpmath.conj(part) for part in form) for form in forms]
+        x, y = mpmath.mpmathify(complex(point[0])), mpmath.mpmathify(complex(point[1]))
+        for _ in range(POLISH_STEPS):
+            plain = [(a + b * x + c * y, b, c) for a, b, c in forms]
+            mirrored = [(a * x * y + b * y + c * x, a * y + c, a * x + b) for a, b, c in conjugates]
+            rows = [_closure(plain, offset), _closure(mirrored, mpmath.conj(offset))]
+            (f, fx, fy), (g, gx, gy) = rows
+            determinant = fx * gy - fy * gx
+            x, y = x - (f * gy - g * fy) / determinant, y - (g * fx - f * gx) / determinant
+        return complex(x), complex(y)
+
+
+def _closure(factors: Any, offset: Any) -> tuple[Any, Any, Any]:
+    """Eq. (1) times both determinants, and its two derivatives, from factors with theirs."""
+    sum_p, det_p, sum_q, det_q = factors
+    left = [s + offset * d for s, d in zip(sum_p, det_p)]
+    value = left[0] * det_q[0] - sum_q[0] * det_p[0]
+    by_x, by_y = (
+        left[k] * det_q[0] + left[0] * det_q[k] - sum_q[k] * det_p[0] - sum_q[0] * det_p[k] for k in (1, 2)
+    )
+    return value, by_x, by_y
