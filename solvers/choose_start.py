@@ -19,9 +19,9 @@ from solvers.system import System
 STARTS = ("total-degree", "multihomogeneous", "polyhedral")
 #: Up to so many paths nothing is gained by looking for fewer.
 FEW_PATHS = 6
-#: A start with one path for each root keeps the factored equations and tracks once; the polyhedral start tracks
-#: twice over expanded equations. It must save this part of the paths.
-WORTH = 0.75
+#: A polyhedral start tracks twice, over expanded equations; but a path to infinity costs as much as some dozens
+#: that end. It is taken when it saves more than this part of the paths.
+WORTH = 0.02
 #: Terms of all equations up to which mixed cells are looked for, and cells that may be looked at (about a second).
 MANY_TERMS = 5_000
 PATIENCE = 100_000
@@ -94,7 +94,7 @@ def choose_start(system: System, values: Any = None, start: str = "auto") -> Cho
     >>> from sympy import symbols
     >>> x, y, z = symbols("x y z")
     >>> choose_start(System([x * y * z - 1, x * y + y * z + z - 2, x + y * z], [x, y, z]))
-    Choice(multihomogeneous, 5 paths: 2 groups instead of the total degree 12; the mixed volume is 4)
+    Choice(polyhedral, 4 paths: the mixed volume; the total degree is 12)
     """
     values = system.values_of(values)
     if start == "auto":
@@ -121,11 +121,11 @@ def _automatic(system: System, values: np.ndarray) -> Choice:
         return Choice("total-degree", degree, "so few paths need no search for fewer")
     cells, why_not = _cells(system, values)
     volume = None if cells is None else cells.mixed_volume
-    if volume is not None and volume > WORTH * degree:
+    if volume is not None and volume >= (1 - WORTH) * degree:
         return Choice("total-degree", degree, f"the mixed volume, {volume}, is hardly less than the total degree")
     partition = _partition(system, LONG_SEARCH if volume is None else SHORT_SEARCH)
-    enough = volume if volume is not None else WORTH * degree
-    if partition.bezout * WORTH <= enough and partition.bezout < degree:
+    enough = volume if volume is not None else degree
+    if (1 - WORTH) * partition.bezout <= enough and partition.bezout < degree:
         against = f"the mixed volume is {volume}" if volume is not None else f"no mixed volume: {why_not}"
         reason = f"{len(partition.groups)} groups instead of the total degree {degree}; {against}"
         return Choice("multihomogeneous", partition.bezout, reason, partition)
