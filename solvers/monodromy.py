@@ -41,7 +41,8 @@ MOST_TESTS = 6
 MOST_LEGS = 200
 #: An end is a root when the last Newton step there is below this, relative …
 LAST_STEP = 1e-8
-#: … and no unknown is larger than this, in units of the seed's size: a relative test alone accepts diverging paths.
+#: … and no unknown is larger than this, in units of the seed's size: a relative test alone accepts diverging
+#: paths.
 LARGEST = 1e8
 
 
@@ -99,7 +100,7 @@ class _Search:
         if self.group is not None:
             ends = self.group.representatives(ends)
         known = b.roots.find(ends)
-        recaptured = int(len(np.unique(known[known >= 0])))
+        recaptured = len(np.unique(known[known >= 0]))
         b.roots.add(ends)
         new = len(b.roots) - before
         seen = recaptured + new
@@ -230,11 +231,17 @@ def _loop_until_complete(
             break
         from solvers.trace import trace_test
 
-        test = trace_test(system, search.nodes[0].parameters, search.nodes[0].roots.points, seed=1000 * tests + seed,
-                          jobs=search.jobs, invariant=invariant,
-                          expand=None if invariant is not None else search.group,
-                          symmetry=search.group if invariant is not None else None,
-                          progress=progress)  # fmt: skip
+        node = search.nodes[0]
+        test = trace_test(
+            system,
+            node.parameters,
+            node.roots.points,
+            seed=1000 * tests + seed,
+            jobs=search.jobs,
+            invariant=invariant,
+            group=search.group,
+            progress=progress,
+        )
         passed, residual = test.passed, test.residual
         tests += 1
         if passed or tests == MOST_TESTS:
@@ -269,7 +276,8 @@ def _result(
             notes.append(f"{order * len(representatives) - len(points)} members missing: some orbits are not full")
     legs = len(search.history)
     estimate = search.history[-1].estimate if search.history else float("nan")
-    evidence = f"{legs} legs of monodromy, {search.tracked} paths, capture–recapture estimate {estimate * order:.0f}"
+    evidence = f"{legs} legs of monodromy, {search.tracked} paths"
+    evidence += f", capture–recapture estimate {estimate * order:.0f}"
     if group is not None:
         evidence += f", {len(representatives)} orbits of {order}"
     if passed is not None:
@@ -331,7 +339,7 @@ def _given(system: System, start: tuple[Any, Any]) -> tuple[np.ndarray, np.ndarr
     point = np.atleast_2d(np.asarray(start[0], np.complex128))
     values = system.values_of(start[1])
     if point.shape[1] != len(system.unknowns):
-        raise InvalidSystem(f"the start point has {point.shape[1]} coordinates for {len(system.unknowns)} unknowns")
+        raise InvalidSystem(f"the start point has {point.shape[1]} coordinates, not {len(system.unknowns)}")
     refined, _ = newton(system.jacobian_program, point, values)
     return refined, values
 
@@ -396,7 +404,8 @@ class _Memory:
             from solvers.tracking import digest
 
             node = search.nodes[0]
-            whole = parameter_homotopy(system.program, node.parameters, node.parameters, node.roots.points[:1], seed)
+            first = node.roots.points[:1]
+            whole = parameter_homotopy(system.program, node.parameters, node.parameters, first, seed)
             self.stage = f"monodromy {digest(whole)}"
 
     def recall(self) -> None:

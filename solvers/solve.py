@@ -15,6 +15,7 @@ from solvers.shapes import check_shape, genuine, square_up
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import System, evaluate
 from solvers.tracking import Interrupted, Progress, Run, track_all
+from solvers.transfer import transfer
 
 STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
 #: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
@@ -83,16 +84,18 @@ def solve(
     Solutions(4 roots, 4 real, 0 singular, 0 failed of 4 paths)
     """
     values = system.values_of(parameters)
+    run = Run(jobs=jobs, backend=backend, checkpoint=checkpoint, progress=progress)
+    if isinstance(start, Solutions):
+        return _from_known(system, values, start, run, seed, certificates)
     check_shape(system, values)
     square = square_up(system, seed)
-    run = Run(jobs=jobs, backend=backend, checkpoint=checkpoint, progress=progress)
     try:
         for attempt in range(FRESH_STARTS):
             homotopy = homotopy_for(square, values, start, seed + 1000 * attempt)
             ends, rungs = track_all(homotopy, run)
             if attempt:
                 rungs["with a fresh start"] = attempt * homotopy.starts.count
-            if not np.any(ends.kind == FAILED) or isinstance(start, Solutions):
+            if not np.any(ends.kind == FAILED):
                 break
     except Interrupted as stop:
         stop.solutions = _collect(system, values, homotopy, stop.ends, {})
@@ -106,10 +109,33 @@ def solve(
     return solutions
 
 
-def homotopy_for(system: System, values: np.ndarray, start: str | Solutions, seed: int) -> Homotopy:
+def _from_known(
+    system: System, values: np.ndarray, known: Solutions, run: Run, seed: int, certificates: bool
+) -> Solutions:
+    """Roots carried from other parameters."""
+    if len(known.parameters) != len(values) or known.points.shape[1] != len(system.unknowns):
+        raise ValueError("the start solutions belong to a system of another shape")
+    if not len(known):
+        raise ValueError("the start solutions hold no root to carry")
+    try:
+        homotopy, ends, rungs = transfer(system, known, values, run, seed)
+    except Interrupted as stop:
+        homotopy = parameter_homotopy(system.program, known.parameters, values, known.points, seed)
+        stop.solutions = _collect(system, values, homotopy, stop.ends, {})
+        stop.solutions.complete = False
+        raise
+    solutions = _collect(system, values, homotopy, ends, rungs)
+    solutions.seed = seed
+    if solutions.complete and not known.complete:
+        solutions.complete = known.complete
+    solutions.evidence += f"; the {len(known)} roots it starts from: {known.evidence}" if known.evidence else ""
+    if certificates:
+        _certify(system, solutions)
+    return solutions
+
+
+def homotopy_for(system: System, values: np.ndarray, start: str, seed: int) -> Homotopy:
     """The homotopy that a start asks for."""
-    if isinstance(start, Solutions):
-        return parameter_homotopy(system.program, start.parameters, values, start.points, seed)
     choice = choose_start(system, values, start)
     scales = scales_of(system, values)
     return choice.homotopy(system, values, seed, scales.unknowns, scales.equations)
@@ -142,7 +168,7 @@ def _collect(
         unknowns=system.unknowns,
         paths=regular,
         start=homotopy.name,
-        complete=None if account.failed == 0 else False,
+        complete=account.failed == 0,
         evidence=_evidence(homotopy, account),
     )
 

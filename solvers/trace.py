@@ -62,8 +62,7 @@ def trace_test(
     seed: int = 0,
     jobs: int = 1,
     invariant: Any = None,
-    expand: Group | None = None,
-    symmetry: Group | None = None,
+    group: Group | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Trace:
     """Test whether `roots` are all the roots of a system at generic parameters.
@@ -77,10 +76,8 @@ def trace_test(
     invariant : SymPy expression, optional
         The function u; the first unknown by default, which makes few points on the other line where it is a
         design unknown.
-    expand : Group, optional
-        Roots are representatives of orbits: test all members.
-    symmetry : Group, optional
-        Roots are representatives of orbits, and u is invariant: test the orbits.
+    group : Group, optional
+        Roots are representatives of its orbits. With an invariant u the orbits are tested, else all their members.
 
     Returns
     -------
@@ -88,19 +85,18 @@ def trace_test(
     """
     from solvers.monodromy import _Node, _Search
 
-    if expand is not None:
+    if group is not None and invariant is None:
         everything = PointSet(roots.shape[1])
-        everything.add(expand.orbits(roots).transpose(1, 0, 2).reshape(-1, roots.shape[1]))
-        roots = everything.points
+        everything.add(group.orbits(roots).transpose(1, 0, 2).reshape(-1, roots.shape[1]))
+        roots, group = everything.points, None
     rng = np.random.default_rng([seed, 17])
     curve = _Curve(system, parameters, roots, invariant, rng)
-    group = None
-    if symmetry is not None:
-        n = roots.shape[1]
-        lifted = [_lift(generator, n) for generator in symmetry.generators]
+    if group is not None:
+        lifted = [_lift(generator, roots.shape[1]) for generator in group.generators]
         group = Group(lifted, curve.start[:1])
     first = curve.move(curve.start, curve.origin, curve.base)
-    nodes = [_Node(curve.base, PointSet(roots.shape[1] + 1)), _Node(curve.slice(1.0), PointSet(roots.shape[1] + 1))]
+    columns = roots.shape[1] + 1
+    nodes = [_Node(place, PointSet(columns)) for place in (curve.base, curve.slice(1.0))]
     nodes[0].roots.add(first if group is None else group.representatives(first))
     typical = float(np.abs(curve.start).max())
     search = _Search(curve.engine, nodes, group, rng, jobs, "threads", typical)
@@ -112,8 +108,8 @@ def trace_test(
             progress("trace test", leg.known, max(leg.known, round(min(leg.estimate, 1e9))))
         if len(search.history) % 2:
             continue
-        # The points of the other line lie far and wide: each round goes by way of another hyperbola, small or large.
-        nodes[1] = _Node(curve.slice(10 ** rng.uniform(-1.5, 2.5)), PointSet(roots.shape[1] + 1))
+        # The points of the other line lie far and wide: each round goes by way of another hyperbola.
+        nodes[1] = _Node(curve.slice(10 ** rng.uniform(-1.5, 2.5)), PointSet(columns))
         quiet = quiet + 1 if leg.new == 0 else 0
         if leg.new > 0.001 * leg.known:
             continue

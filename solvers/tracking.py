@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from solvers.endgame import FAILED, Ends, finish
 from solvers.homotopy import Homotopy
 from solvers.kernel.engine import Engine, make_engine
 from solvers.kernel.reference import Settings
+from solvers.tape import Program
 
 Progress = Callable[[str, int, int], None]
 
@@ -51,10 +53,13 @@ class Run:
             self.progress(what, done, total)
 
 
-def track_all(homotopy: Homotopy, run: Run, settings: Settings | None = None) -> tuple[Ends, dict[str, int]]:
+def track_all(
+    homotopy: Homotopy, run: Run, settings: Settings | None = None, ladder: bool = True
+) -> tuple[Ends, dict[str, int]]:
     """Track every path of a homotopy; returns the ends, and how many paths each rung of the ladder saw.
 
-    When the user interrupts, the ends found so far are returned inside :class:`Interrupted`.
+    Without the ladder doubtful paths are only marked as failed. When the user interrupts, the ends found so far
+    are returned inside :class:`Interrupted`.
     """
     settings = settings or Settings()
     engine = engine_of(homotopy)
@@ -75,7 +80,8 @@ def track_all(homotopy: Homotopy, run: Run, settings: Settings | None = None) ->
                 run.checkpoint.append(stage, number, _to_arrays(part))
             done += len(chunks[number])
             run.say(homotopy.name, done, homotopy.starts.count)
-        used = ledger.climb(ends, _rungs(engine, homotopy, settings), lambda name, n: run.say(name, 0, n))
+        rungs = _rungs(engine, homotopy, settings) if ladder else iter(())
+        used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n))
     except KeyboardInterrupt:
         raise Interrupted(ends) from None
     return ends, used
@@ -98,10 +104,17 @@ class Interrupted(KeyboardInterrupt):
         self.solutions: Any = None
 
 
+_ENGINES: WeakKeyDictionary[Program, Engine] = WeakKeyDictionary()
+
+
 def engine_of(homotopy: Homotopy) -> Engine:
-    """The compiled tick of a homotopy."""
-    builder, equations = homotopy.builder()
-    return make_engine(builder, equations, homotopy.samples(), homotopy.moving)
+    """The compiled tick of a homotopy: made once for each program, and used again for other parameters."""
+    engine = _ENGINES.get(homotopy.program)
+    if engine is None:
+        builder, equations = homotopy.builder()
+        engine = make_engine(builder, equations, homotopy.samples(), homotopy.moving)
+        _ENGINES[homotopy.program] = engine
+    return engine
 
 
 def digest(homotopy: Homotopy) -> str:

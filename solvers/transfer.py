@@ -1,0 +1,146 @@
+"""Known roots carried to other parameters, with detours for what gets lost on the way.
+
+From generic complex parameters the straight line to any others meets no singular system, with probability one.
+Real parameters are not generic: between two real choices the line may cross parameters where two roots meet, so
+the roots go first to a random complex waypoint. When a path fails, or two end on one root, all roots go again by
+way of another waypoint, and what the detours find is put together until the count is full.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from solvers.endgame import FAILED, REGULAR, Ends
+from solvers.homotopy import Homotopy, parameter_homotopy
+from solvers.ledger import UNCERTAINTY, clashing
+from solvers.monodromy import carry
+from solvers.points import PointSet
+from solvers.solutions import Solutions
+from solvers.system import System
+from solvers.tracking import Run, engine_of, track_all
+
+#: Detours by way of other waypoints before missing roots are reported as failed.
+DETOURS = 6
+#: Tries to reach a waypoint with every root.
+WAYPOINTS = 12
+
+
+def transfer(
+    system: System, known: Solutions, values: np.ndarray, run: Run, seed: int
+) -> tuple[Homotopy, Ends, dict[str, int]]:
+    """Carry all known roots to the parameters `values`.
+
+    Returns
+    -------
+    homotopy : Homotopy
+        Of the last detour.
+    ends : Ends
+        One row for each known root: what the first detour found, with missing ends replaced by what others found.
+    rungs : dict of str to int
+        Paths of the retry ladder and of the detours.
+    """
+    rng = np.random.default_rng([seed, 23])
+    real = not np.any(np.iscomplex(known.parameters))
+    fibre = waypoint(system, known, rng, run) if real else (known.parameters, known.points)
+    homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
+    ends, rungs = track_all(homotopy, run, ladder=real or len(known) < SMALL)
+    if np.all(ends.kind != FAILED):
+        return homotopy, ends, rungs
+    for _ in range(DETOURS):
+        fibre = waypoint(system, known, rng, run)
+        homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
+        again, _ = track_all(homotopy, replace(run, checkpoint=None), ladder=False)
+        rungs["by another way"] = rungs.get("by another way", 0) + len(again.kind)
+        if np.all(again.kind != FAILED) and len(again.kind) == len(known):
+            return homotopy, again, rungs
+        fill_gaps(ends, again)
+        if np.all(ends.kind != FAILED):
+            break
+    return homotopy, ends, rungs
+
+
+#: With few roots the ladder is cheaper than a detour for all of them; with many it is the other way round.
+SMALL = 50
+
+
+def _line(fibre: tuple[np.ndarray, np.ndarray], values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return fibre[0], values, fibre[1]
+
+
+def fill_gaps(ends: Ends, others: Ends) -> None:
+    """Put regular roots that only the other ends have in place of failed ones."""
+    failed = np.flatnonzero(ends.kind == FAILED)
+    known = PointSet(ends.x.shape[1], tolerance=max(1e-9, UNCERTAINTY * 1e4))
+    known.add(ends.x[ends.kind == REGULAR])
+    sound = np.setdiff1d(np.flatnonzero(others.kind == REGULAR), clashing(others))
+    fresh = sound[known.find(others.x[sound]) < 0][: len(failed)]
+    rows = failed[: len(fresh)]
+    for name in ("x", "kind", "winding", "condition"):
+        getattr(ends, name)[rows] = getattr(others, name)[fresh]
+    for row in rows.tolist():
+        ends.why.pop(row, None)
+
+
+def waypoint(
+    system: System, known: Solutions, rng: np.random.Generator, run: Run
+) -> tuple[np.ndarray, np.ndarray]:
+    """All known roots at other generic complex parameters: (parameters, points)."""
+    values = known.parameters
+    size = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1e-300))
+    engine = engine_of(parameter_homotopy(system.program, values, values, known.points))
+    typical = float(np.median(np.abs(known.points).max(axis=1))) or 1.0
+    best: tuple[np.ndarray, np.ndarray] | None = None
+    for _ in range(WAYPOINTS):
+        place = size * (rng.normal(size=len(size)) + 1j * rng.normal(size=len(size))) / np.sqrt(2)
+        bend = np.exp(1j * rng.uniform(0.3, np.pi - 0.3) * rng.choice([-1, 1]))
+        points = carry(engine, known.points, values, place, bend, run.jobs, run.backend, typical)
+        distinct = PointSet(points.shape[1])
+        distinct.add(points)
+        if best is None or len(distinct) > len(best[1]):
+            best = place, distinct.points
+        if len(distinct) == len(known):
+            break
+    assert best is not None
+    return best
+
+
+def sweep(
+    system: System,
+    known: Solutions,
+    targets: Sequence[Any],
+    jobs: int = 1,
+    seed: int = 0,
+    certificates: bool = False,
+) -> Iterator[Solutions]:
+    """The roots at many parameters, from one generic fibre; the work of setting up is done once.
+
+    Parameters
+    ----------
+    known : Solutions
+        All roots at generic complex parameters, from :func:`solvers.monodromy` or an earlier solve.
+    targets : sequence of parameter values
+        Each as :func:`solvers.solve` takes them.
+
+    Yields
+    ------
+    Solutions
+        In the order of `targets`.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from solvers import System, monodromy
+    >>> x, a = symbols("x a")
+    >>> system = System([x**2 - a], [x], [a])
+    >>> known = monodromy(system, count=2)
+    >>> [sorted(s.points.real.round(6).ravel().tolist()) for s in sweep(system, known, [[4], [9]])]
+    [[-2.0, 2.0], [-3.0, 3.0]]
+    """
+    from solvers.solve import solve
+
+    for k, target in enumerate(targets):
+        yield solve(system, target, start=known, jobs=jobs, seed=seed + k, certificates=certificates)
