@@ -36,6 +36,7 @@ LOADING, COMPILING = 0.4, 10.0
 #: NumPy's cost in seconds: of a tick, of an instruction, of an instruction for each path, of n³ for each path.
 NUMPY_COST = (4e-4, 1.5e-6, 1.5e-8, 1e-9)
 
+ARITHMETICS = ("double", "double-double", "multiprecision")
 _ENGINES = ("auto", "reference", "interpreted", "compiled")
 
 
@@ -183,9 +184,9 @@ class Engine:
         kind : {"line", "toric", "arc"}
             Parameters base + r·direction, or base·exp(r·direction) with real direction, or the line taken on a
             circular arc of the complex plane of r that `bend` chooses.
-        arithmetic : {"double", "double-double"}
-            Numbers of sixteen digits, or of thirty-two at some twenty times the cost. Step control and results
-            are double in either case; a result is then correct to the last bits of a double.
+        arithmetic : {"double", "double-double", "multiprecision"}
+            Numbers of sixteen digits; of thirty-two at ten times the cost; of sixty-four at a thousand times.
+            Step control and results are double in any case; a result is then correct to the last bit.
 
         Returns
         -------
@@ -197,17 +198,25 @@ class Engine:
             raise ValueError(f"the kind of path {kind!r} is unknown; it is one of {', '.join(reference.KINDS)}")
         if kind == "toric" and np.any(direction.imag):
             raise ValueError("the exponents of a toric path must be real")
-        if arithmetic not in ("double", "double-double"):
-            raise ValueError(f"the arithmetic {arithmetic!r} is unknown; it is double or double-double")
+        if arithmetic not in ARITHMETICS:
+            raise ValueError(f"the arithmetic {arithmetic!r} is unknown; it is one of {', '.join(ARITHMETICS)}")
         settings = settings or Settings()
         if math.isinf(settings.size):
             settings = replace(settings, size=self.size)
         if arithmetic == "double-double":
             settings = settings.in_double_double()
         self.used = self._choose(len(x), pivoted) if arithmetic == "double" else arithmetic
-        if self.used == "reference":
-            arguments: dict[str, Any] = {"start": start, "end": end, "stop": stop, "bend": bend}
-            return reference.track(self.program, x, base, direction, settings=settings, kind=kind, **arguments)
+        if self.used in ("reference", "multiprecision"):
+            track = _multiprecision() if self.used == "multiprecision" else reference.track
+            arguments = {
+                "start": start,
+                "end": end,
+                "stop": stop,
+                "settings": settings,
+                "kind": kind,
+                "bend": bend,
+            }
+            return track(self.program, x, base, direction, **arguments)
         result = self._run(self.used).track(x, base, direction, start, end, stop, settings, kind, complex(bend))
         self._path_ticks += int(result.ticks.sum())
         return result
@@ -247,6 +256,12 @@ class Engine:
                     )
                 self._runs[key] = compiled.Run(program, way, key[1])
             return self._runs[key]
+
+
+def _multiprecision() -> Any:
+    from solvers.kernel import multiprecision
+
+    return multiprecision.track
 
 
 _RENT = {"seconds": 0.0}

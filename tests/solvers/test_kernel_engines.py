@@ -19,12 +19,13 @@ WAYS = {
     "compiled": {"prefer": "compiled"},
     "pivoted": {"prefer": "compiled", "pivoted": True},
     "double-double": {"prefer": "compiled", "arithmetic": "double-double"},
+    "multiprecision": {"arithmetic": "multiprecision"},
 }
 
 
 def tracked(engine, way, *arguments, lanes=None, **options):
     options = {**WAYS[way], **options}
-    engine.prefer, engine.lanes = options.pop("prefer"), lanes
+    engine.prefer, engine.lanes = options.pop("prefer", "auto"), lanes
     return engine.track(*arguments, **options)
 
 

@@ -23,6 +23,7 @@ WAYS = {
     "compiled": {"prefer": "compiled"},
     "pivoted": {"prefer": "compiled", "pivoted": True},
     "double-double": {"prefer": "compiled", "arithmetic": "double-double"},
+    "multiprecision": {"arithmetic": "multiprecision"},
 }
 
 
@@ -53,7 +54,7 @@ def load(path):
 def test_nasty_path(path, way):
     engine, line, end, reached_by = load(path)
     options = dict(WAYS[way])
-    engine.prefer = options.pop("prefer")
+    engine.prefer = options.pop("prefer", "auto")
     found = engine.track(*line, **options)
     if way in reached_by:
         assert (found.status == REACHED).all()
@@ -115,7 +116,7 @@ def test_the_limit_on_ticks_holds_at_every_tick(path, way):
     # It was looked at only when a step was rejected: a path used 69,613 ticks.
     engine, line, *_ = load(path)
     options = dict(WAYS[way])
-    engine.prefer = options.pop("prefer")
+    engine.prefer = options.pop("prefer", "auto")
     for limit in (1, 7, 40):
         found = engine.track(*line, settings=Settings(ticks=limit), **options)
         assert np.all(found.ticks <= limit) and not np.any(found.status == REACHED)
@@ -128,7 +129,7 @@ def test_vanishing_steps_end(way):
     x = b.unknown(0)
     engine = make_engine(b, [b.sub(b.square(x), b.parameter(0))], (np.array([[0.7]]), np.array([0.5])))
     options = dict(WAYS[way])
-    engine.prefer = options.pop("prefer")
+    engine.prefer = options.pop("prefer", "auto")
     start = np.array([[np.sqrt(0.5)], [-np.sqrt(0.5)]])
     found = engine.track(start, np.array([-0.5]), np.array([1.0]), settings=Settings(ticks=100_000), **options)
     assert (found.status == STALLED).all()
