@@ -131,7 +131,7 @@ def _system(structure: Structure) -> System:
     else:  # the ground against a moving link: that link turns the other way
         swap |= {poly.z[base]: 1 / u, poly.w[base]: u}
     free = _free_rotations(structure)
-    equations = [e.subs(swap) for e in poly.loops] + [poly.z[k] * poly.w[k] - 1 for k in free]
+    equations = [e.subs(swap) for e in poly.equations] + [poly.z[k] * poly.w[k] - 1 for k in free]
     slides = [s for j, s in poly.s.items() if not (base < 0 and j == link)]
     groups = [[poly.z[k] for k in free], [poly.w[k] for k in free]] + ([slides] if slides else [])
     unknowns = [symbol for group in groups for symbol in group]

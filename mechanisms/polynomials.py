@@ -8,6 +8,7 @@ that one system serves all linkages of that structure.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -53,9 +54,9 @@ class Structure:
     graph: tuple[tuple[int, ...], ...]
 
     @classmethod
-    def of(cls, linkage: Linkage, driven: Input) -> Structure:
-        """Return the structure of a linkage with an input."""
-        closure = Closure.of(linkage)
+    def of(cls, linkage: Linkage, driven: Input, closure: Closure | None = None) -> Structure:
+        """Return the structure of a linkage with an input, with its own loops or those of a closure."""
+        closure = closure or Closure.of(linkage)
         number = {point: i for i, point in enumerate(linkage.points)}
         gradient, _ = closure.gradient(driven)
         if driven.translation:
@@ -97,8 +98,14 @@ class Polynomials:
     z: list[Any]
     w: list[Any]
     s: dict[int, Any]
-    loops: list[Any]
+    loops: list[list[Any]]
+    gears: list[Any]
     parameters: list[Any]
+
+    @property
+    def equations(self) -> list[Any]:
+        """All of them, loop after loop, then the gears."""
+        return [e for loop in self.loops for e in loop] + self.gears
 
 
 @lru_cache(maxsize=256)
@@ -132,18 +139,19 @@ def closure_polynomials(structure: Structure) -> Polynomials:
             side.append((total, factor))
         sides.append(side)
     lonely = structure.lonely_slides()
-    loops: list[Any] = []
+    loops: list[list[Any]] = []
+    gears: list[Any] = []
     for l, (loop, conjugate) in enumerate(zip(*sides)):
         if any(structure.slid[l][j] for j in lonely):
             # total + s·factor = 0 and its conjugate, with the real s eliminated.
-            loops.append(loop[0] * conjugate[1] - conjugate[0] * loop[1])
+            loops.append([loop[0] * conjugate[1] - conjugate[0] * loop[1]])
         else:
-            loops += [loop[0], conjugate[0]]
+            loops.append([loop[0], conjugate[0]])
     for row in structure.gears:
         left = sp.prod([z[k] ** c for k, c in enumerate(row) if c > 0])
         left *= sp.prod([w[k] ** -c for k, c in enumerate(row) if c < 0])
-        loops.append(left - 1)
-    return Polynomials(z, w, s, loops, parameters)
+        gears.append(left - 1)
+    return Polynomials(z, w, s, loops, gears, parameters)
 
 
 def dimensions(structure: Structure, closure: Closure, conjugate: Closure | None = None) -> list[complex]:
@@ -158,7 +166,14 @@ def dimensions(structure: Structure, closure: Closure, conjugate: Closure | None
     return values
 
 
-def generic(system: System, structure: Structure, linkage: Linkage, more: int, seed: int = 20) -> Solutions:
+def generic(
+    system: System,
+    structure: Structure,
+    linkage: Linkage,
+    more: int = 0,
+    loops: Callable[[Linkage], Closure] = Closure.of,
+    seed: int = 20,
+) -> Solutions:
     """Solve a system at random complex dimensions that linkages of this graph can have.
 
     Two random linkages of the graph stand for the dimensions and for their conjugates; ``more`` random
@@ -168,14 +183,12 @@ def generic(system: System, structure: Structure, linkage: Linkage, more: int, s
     from solvers.solve import solve
 
     rng = np.random.default_rng(seed)
-    first, second = (Closure.of(_shaken(linkage, rng)) for _ in range(2))
-    values = dimensions(structure, first, second)
+    first, second = (loops(_shaken(linkage, rng)) for _ in range(2))
     extra = list(rng.normal(size=more) + 1j * rng.normal(size=more))
+    values = np.array([*dimensions(structure, first, second), *extra])
     best = None
     for attempt in range(ATTEMPTS):
-        found = solve(
-            system, np.array([*values, *extra]), start="multihomogeneous", seed=seed + attempt, certificates=False
-        )
+        found = solve(system, values, start="multihomogeneous", seed=seed + attempt, certificates=False)
         if best is None or len(found.points) > len(best.points):
             best = found
         if not found.ledger.failed:

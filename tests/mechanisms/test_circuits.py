@@ -6,6 +6,7 @@ from test_closure import LINKAGES, slider_crank
 from mechanisms.assemblies import assemblies, generic_assemblies
 from mechanisms.circuits import all_circuits
 from mechanisms.closure import Closure
+from mechanisms.completions import completions
 from mechanisms.critical import dead_centres
 from mechanisms.linkage import Input
 
@@ -156,3 +157,25 @@ def test_a_parallelogram_has_its_two_double_points():
     assert found.double.sum() == 2
     places = Closure.of(four_bar(4, 1, 4, 1, side=-1)).points_at(found.x[found.double])
     assert np.allclose(places["B"].imag, 0, atol=1e-5)  # all links along one line
+
+
+def test_every_circuit_of_the_robomech_manipulator():
+    motion = all_circuits(robomech(), "7")
+    assert motion.complete, motion.doubts
+    assert (len(motion.circuits), motion.branches) == (6, 29)
+    assert len(motion.dead_centres.x) == 28
+
+
+def test_what_stands_is_completed_in_every_way():
+    linkage = robomech()
+    closure = Closure.of(linkage)
+    found = assemblies(linkage, "7", 0.1)
+    turned = closure.link_rotations(found.x[0])
+    standing = {link: float(turned[link]) for link in ("7", "1", "2", "5", "8")}
+    rest = completions(linkage, standing)
+    alike = [
+        x
+        for x in found.x
+        if np.abs(np.exp(1j * x[[0, 1, 4, 7]]) - np.exp(1j * found.x[0][[0, 1, 4, 7]])).max() < 1e-6
+    ]
+    assert len(rest) == len(alike) == 2
