@@ -60,11 +60,6 @@ class Region:
             return None
         return complex(self.x[0], self.y[0])
 
-    @property
-    def has_number(self) -> bool:
-        """Whether a coordinate is a number instead of a range."""
-        return any(side is not None and side[0] == side[1] for side in (self.x, self.y))
-
     def holds(self, places: NDArray[np.complex128]) -> NDArray[np.bool_]:
         """Which places lie in it; infinite ones lie in no region that asks for anything."""
         inside = np.ones(np.shape(places), dtype=bool)

@@ -1,4 +1,4 @@
-"""Four-bars that carry a body through two to five poses.
+"""Four-bars that carry a body through two to five poses, and through poses mixed with points.
 
 What the poses leave free decides the way:
 
@@ -10,6 +10,8 @@ four         a curve of them         the best pairs of points of the curve, or o
                                      pivots (`mechanisms.families.circle_points`)
 three, two   two or three free       the best pairs with pivots that are given, lie in given ranges, or
              numbers for each dyad   anywhere near the poses (`mechanisms.families.dyad_pools`)
+with points  both together           all of them, when 2M + N numbers and those given make ten
+                                     (`mechanisms.families.alt_burmester`)
 ===========  ======================  =========================================================================
 
 Slider-cranks and their inversions are among them: a slider is a dyad with a pivot at infinity.
@@ -27,6 +29,7 @@ from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
 from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import INPUTS, pair_candidates
 from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool
+from mechanisms.families.mixed_motion import check_mixed, is_mixed, mixed_candidates, mixed_problem
 from mechanisms.families.motion_dyads import Poses, common_pole
 from mechanisms.families.pair_search import search_candidates
 from mechanisms.families.reality import real_roots
@@ -47,6 +50,15 @@ _PIVOTS = tuple(
     for pivot, word in (("O", "fixed"), ("A", "moving"))
     for axis in "xy"
 )
+_LENGTHS = tuple(
+    Free(name, "length", f"length of {words}")
+    for name, words in (
+        ("L_ground", "the frame, between the fixed pivots"),
+        ("L_link1", "the link of dyad 1"),
+        ("L_coupler", "the coupler, between the moving pivots"),
+        ("L_link2", "the link of dyad 2"),
+    )
+)
 
 
 class FourBarMotion(Family):
@@ -55,16 +67,22 @@ class FourBarMotion(Family):
     name = "four-bar-motion"
     summary = "four-bar or slider-crank that carries a body"
     source = "Burmester, Lehrbuch der Kinematik; McCarthy and Soh, Geometric Design of Linkages"
-    pose_counts = (2, 3, 4, 5)
+    pose_counts = (1, 2, 3, 4, 5)
+    point_counts = (1, 2, 3, 4, 5, 6, 7, 8)
     too_many = "five poses leave four dyads and no choice"
     unknowns = "pivots of a dyad: z, zc, G, Gc"
-    roots = "4 dyads for five poses"
-    free = _PIVOTS
+    roots = "4 dyads; 60, 402, 2224, 8652 pairs with points"
+    free = (*_PIVOTS, *_LENGTHS)
     inputs = INPUTS
 
     def check(self, task: Task) -> None:
         """Refuse motions that need no four-bar, and choices that the poses do not leave."""
+        if is_mixed(task) or BODY not in task.poses:
+            check_mixed(task)
+            return
         poses = Poses.of(task.poses[BODY])
+        if len(poses) == 1:
+            raise TaskError(f"{task.where}: poses: one pose alone is no motion; give more poses, or points")
         _refuse_special_motions(task, poses)
         if len(poses) == 5 and task.free:
             raise TaskError(
@@ -72,10 +90,12 @@ class FourBarMotion(Family):
                 f"or leave out a pose"
             )
         for number in (1, 2):
-            _check_regions(task, len(poses), number)
+            _check_regions(task, number)
 
     def system(self, task: Task) -> Problem | None:
         """The conditions of five poses on a dyad; None for fewer poses, which leave a choice."""
+        if is_mixed(task):
+            return mixed_problem(task)
         poses = Poses.of(task.poses[BODY])
         if len(poses) < 5:
             return None
@@ -104,6 +124,9 @@ class FourBarMotion(Family):
         progress: Callable[[str, float], None] | None = None,
     ) -> Iterator[Candidate]:
         """Every pair of real dyads of five poses; the best pairs found for fewer."""
+        if solutions is not None and is_mixed(task):
+            yield from mixed_candidates(task, solutions)
+            return
         poses = Poses.of(task.poses[BODY])
         if solutions is not None:
             yield from _five(task, poses, solutions)
@@ -163,15 +186,9 @@ def _of_curve(curve: CircleCurve, fixed: Region, moving: Region) -> DyadPool:
     return curve_pool(curve, STATIONS, fixed, moving)
 
 
-def _check_regions(task: Task, poses: int, number: int) -> None:
-    """Refuse what over-determines a dyad, and single coordinates, which no search hits."""
+def _check_regions(task: Task, number: int) -> None:
+    """Refuse what over-determines a dyad."""
     fixed, moving = region_of(task, f"O{number}"), region_of(task, f"A{number}")
-    for name, region in ((f"O{number}", fixed), (f"A{number}", moving)):
-        if region.has_number and region.point is None and (poses == 4 or (fixed.given and moving.given)):
-            raise TaskError(
-                f"{task.where}: free.{name}: one coordinate alone as a number cannot be met by a search; "
-                f"give both coordinates, or a range"
-            )
     if fixed.point is not None and moving.point is not None:
         raise TaskError(
             f"{task.where}: free.A{number}: either pivot of a dyad determines what the other can be; give one "

@@ -127,7 +127,7 @@ def test_a_pivot_on_the_curve_is_the_nearest_to_the_one_given():
     ("rows", "free", "words"),
     [
         (LIFT[:3], {"O1_x": 0, "O1_y": 0, "A1_x": 1, "A1_y": 1}, "either pivot of a dyad determines"),
-        (LIFT, {"O1_x": 0}, "give both coordinates, or a range"),
+        (LIFT, {"O1_x": 0}, "or only whole pivots, or ranges"),
     ],
 )
 def test_choices_that_the_poses_do_not_leave_are_refused(rows, free, words):
