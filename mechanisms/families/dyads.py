@@ -129,7 +129,7 @@ class Eliminant(NamedTuple):
 
 
 @cache
-def eliminant() -> Eliminant:
+def eliminant(equal_turns: bool = False) -> Eliminant:
     """Derive Eq. (18) from Eqs. (1)–(3).
 
     Eqs. (2) and (3) for j = 2, 3 are linear in (W1, Z1) and in (W2, Z2).  With numerators and determinants by
@@ -140,9 +140,12 @@ def eliminant() -> Eliminant:
     of degree 2 in x and y, left as it stands.  On the unit circle x̄ = 1/x, so the conjugate of each factor
     times xy is a polynomial again, and the conjugate equation has degree 4: the Bézout number is 8.
 
+    When both bodies turn by the same angles (`equal_turns`), DP = DQ is a common factor, at whose zeros the
+    dyads are infinite; without it the degrees are 1 and 2, and of the two roots one is E(β) = E(α) again.
+
     Examples
     --------
-    >>> from sympy import Poly, total_degree
+    >>> from sympy import Poly
     >>> e = eliminant()
     >>> [Poly(p, *e.unknowns).total_degree() for p in (e.f, e.conjugate)]
     [2, 4]
@@ -167,6 +170,11 @@ def eliminant() -> Eliminant:
 
     def cleared(factors: list[Any], offset: Any) -> Any:
         sum1, det1, sum2, det2 = factors
+        if equal_turns:
+            det1, det2, offset = 1, 1, offset * det1
         return -(shares["W1"] * sum1 + shares["dPQ"] * offset * det1) * det2 - shares["W2"] * sum2 * det1
 
+    if equal_turns:  # the parameters stay, so that a task has the same ones in both cases
+        same = {real[2]: real[0], real[3]: real[1], bars[2]: bars[0], bars[3]: bars[1]}
+        forms, conjugates = ([form.subs(same) for form in group] for group in (forms, conjugates))
     return Eliminant((x, y), (*real, *bars), cleared(forms, real[4]), cleared(conjugates, bars[4]))

@@ -22,6 +22,9 @@ of σ.  The three trivial roots are fixed, which leaves σ to permute the other 
 moves roots in pairs, and five is odd.  So one, three or five of them are fixed: real β₂ and β₃, and with them
 real dyads.
 
+*When both bodies turn alike* (α = γ in both moves), the two determinants are one factor of Eq. (18) and its
+conjugate; it is left out, two roots remain, and the one that is not E(α) is a real design.
+
 **Two poses** have three free scalars; see `mechanisms.families.watt2_two_poses`.
 
 **The other dyads** have two free choices for three poses, three for two poses.  What the task does not
@@ -110,6 +113,11 @@ class Watt2TwoEffectors(Family):
                     f"{task.where}: free.{key}: three poses determine it; "
                     f"free are {', '.join(item.key for item in _TURNS)}"
                 )
+        if _equal_turns(task) and _one_body(task):
+            raise TaskError(
+                f"{task.where}: effectors: P and Q move as one rigid body, so that every crank is a solution; "
+                f"give them different motions, or carry the one body with four-bar-motion"
+            )
         for body in self.effectors:
             turns = _rotations(task, body)
             if all(abs(turn(angle)) < TRANSLATION for angle in turns):
@@ -124,13 +132,14 @@ class Watt2TwoEffectors(Family):
             return two.two_pose_problem(task)
         from solvers import System
 
-        equations = eliminant()
+        equal = _equal_turns(task)
+        equations = eliminant(equal)
         return Problem(
             System([equations.f, equations.conjugate], equations.unknowns, equations.parameters),
             _eliminant_values(task),
-            finite=8,
-            trivial=3,
-            evidence="Bézout number 2·4",
+            finite=2 if equal else 8,
+            trivial=1 if equal else 3,
+            evidence="Bézout number 1·2 for bodies that turn alike" if equal else "Bézout number 2·4",
             mirror=UNIT_NUMBERS,
         )
 
@@ -281,6 +290,19 @@ def _eliminant_values(task: Task) -> list[complex]:
     lengths = [offset, *_moves(task, "P"), *_moves(task, "Q")]
     values = units + [length / task.size for length in lengths]
     return values + [value.conjugate() for value in values]
+
+
+def _equal_turns(task: Task) -> bool:
+    """Whether P and Q turn by the same angles, to rounding: then Eq. (18) has a factor that is no design."""
+    pairs = zip(_rotations(task, "P"), _rotations(task, "Q"))
+    return all(abs(turn(alpha - gamma)) < TRANSLATION for alpha, gamma in pairs)
+
+
+def _one_body(task: Task) -> bool:
+    """Whether Q, which turns as P does, also keeps its place on P's body."""
+    offset = task.poses["Q"][0].point - task.poses["P"][0].point
+    moves = zip(_moves(task, "P"), _moves(task, "Q"), _rotations(task, "P"))
+    return all(abs(q - p - complex(turn(angle)) * offset) < 1e-9 * task.size for p, q, angle in moves)
 
 
 def _trivial_roots(task: Task, points: NDArray[Any]) -> dict[int, tuple[int, str]]:

@@ -265,3 +265,43 @@ def test_three_poses_leave_no_choice_in_the_crank():
     task["free"]["W1_x"] = 3.0
     with pytest.raises(TaskError, match=r"free\.W1_x: three poses determine it"):
         Task.from_dict(task)
+
+
+def test_bodies_that_turn_alike_have_one_design_and_it_is_real():
+    rng = np.random.default_rng(11)
+    for _ in range(5):
+        task = random_task(rng).to_dict()
+        for p, q in zip(*(task["effectors"][body]["poses"] for body in "PQ")):
+            q["angle_deg"] = p["angle_deg"] + 30.0
+        task = Task.from_dict(task).with_solve(samples=64)
+        result = synthesize(task)
+        assert result.ledger["failed"] == 0 and result.roots["count"] == 2 and result.roots["complete"]
+        trivial, (root, *_) = (
+            [d for d in result.designs if "degenerate" in d.reasons],
+            sorted({d.root for d in result.designs if "degenerate" not in d.reasons}),
+        )
+        assert len(trivial) == 1 and trivial[0].note == "trivial: beta = alpha, W1 and Z1 at infinity"
+        design = next(d for d in result.designs if d.root == root)
+        assert design.linkage is not None and residuals(task, design.parameters) < 1e-11
+        # the elimination of the general case finds the same root, among infinite ones
+        x = np.exp(1j * math.radians(design.parameters["beta2_deg"]))
+        assert np.abs(eliminant_roots(task)[:, 0] - x).min() < 1e-9
+
+
+def test_one_rigid_body_is_refused():
+    task = random_task(np.random.default_rng(1))
+    first = task.poses["P"][0]
+    carried = {"x": 3.0, "y": 4.0, "angle_deg": math.degrees(first.angle)}
+    mapping = task.to_dict()
+    mapping["effectors"]["Q"]["poses"][0] = carried
+    arm = (complex(carried["x"], carried["y"]) - first.point) * np.exp(-1j * first.angle)
+    for number in (1, 2):
+        pose = task.poses["P"][number]
+        z = pose.carry(arm)
+        mapping["effectors"]["Q"]["poses"][number] = {
+            "x": z.real,
+            "y": z.imag,
+            "angle_deg": math.degrees(pose.angle),
+        }
+    with pytest.raises(TaskError, match="move as one rigid body"):
+        Task.from_dict(mapping)
