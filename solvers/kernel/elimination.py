@@ -36,8 +36,15 @@ def pivot_order(pattern: np.ndarray, samples: np.ndarray) -> list[Pivot]:
     -------
     list of (int, int)
         One pivot for each unknown, in order of elimination (Markowitz, *Management Science* 3, 1957).
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        The Jacobian is structurally singular, or there are no samples.
     """
     work = np.array(samples, dtype=np.complex128)
+    if not len(work):
+        raise np.linalg.LinAlgError("there is no finite Jacobian to choose pivots from")
     size = work.shape[1]
     work /= np.maximum(np.abs(work).max(axis=2, keepdims=True), 1e-300)
     work /= np.maximum(np.abs(work).max(axis=1, keepdims=True), 1e-300)

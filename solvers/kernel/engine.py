@@ -128,17 +128,30 @@ class Engine:
 
     @property
     def tick(self) -> Program | None:
-        """The whole tick as one program (outputs dx and dr), or None where that would be too long."""
+        """The whole tick as one program (outputs dx and dr); None if it is too long or has no order of pivots."""
         with self._lock:
             if self._source is not None:
-                builder, equations, points, parameters, moving = self._source
-                _, J = evaluate(self.program, points, parameters)
-                J = J[np.isfinite(J).all(axis=(1, 2))]
-                order = pivot_order(self.program.pattern, J)
-                if elimination_length(self.program.pattern, order) + len(self.program.code) <= LONGEST_TICK:
-                    self._tick = tick_program(builder, equations, order, moving)
+                self._tick = self._written_out(*self._source)
                 self._source = None
             return self._tick
+
+    def _written_out(
+        self,
+        builder: Builder,
+        equations: list[Node],
+        points: np.ndarray,
+        parameters: np.ndarray,
+        moving: list[int] | None,
+    ) -> Program | None:
+        _, J = evaluate(self.program, points, parameters)
+        J = J[np.isfinite(J).all(axis=(1, 2))]
+        try:
+            order = pivot_order(self.program.pattern, J)
+        except np.linalg.LinAlgError:  # no fixed order of elimination; pivoting may see a way at some points
+            return None
+        if elimination_length(self.program.pattern, order) + len(self.program.code) > LONGEST_TICK:
+            return None
+        return tick_program(builder, equations, order, moving)
 
     def __getstate__(self) -> dict[str, Any]:
         return {
@@ -206,6 +219,8 @@ class Engine:
         if arithmetic == "double-double":
             settings = settings.in_double_double()
         self.used = self._choose(len(x), pivoted) if arithmetic == "double" else arithmetic
+        if self.used == "double-double" and self.tick is None:
+            self.used = "multiprecision"
         if self.used in ("reference", "multiprecision"):
             track = _multiprecision() if self.used == "multiprecision" else reference.track
             arguments = {
@@ -249,11 +264,7 @@ class Engine:
         with self._lock:
             if key not in self._runs:
                 program = self.program if way == "pivoted" else self.tick
-                if program is None:
-                    raise NotImplementedError(
-                        f"the elimination of this system takes more than {LONGEST_TICK} instructions; "
-                        "it can be tracked with pivoted=True in double arithmetic only"
-                    )
+                assert program is not None
                 self._runs[key] = compiled.Run(program, way, key[1])
             return self._runs[key]
 

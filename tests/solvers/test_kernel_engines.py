@@ -205,6 +205,25 @@ def test_machine_code_is_made_when_many_paths_pay_for_it(magnets, monkeypatch):
     assert engine._choose(100_000, False) == "compiled"
 
 
+def test_a_system_too_dense_to_be_written_out_is_pivoted(expected, monkeypatch):
+    monkeypatch.setattr(engine_module, "LONGEST_TICK", 100)
+    engine, *line = katsura(4)
+    found = tracked(engine, "compiled", *line)
+    assert engine.tick is None and engine.used == "pivoted"
+    assert np.abs(found.x - expected.x).max() < 1e-13
+    precise = tracked(engine, "double-double", line[0][:2], *line[1:])
+    assert engine.used == "multiprecision" and np.abs(precise.x - expected.x[:2]).max() < 1e-13
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_jacobian_without_pivots_makes_paths_fail_and_nothing_else(way):
+    b = Builder(2, 1)
+    square = b.sub(b.square(b.unknown(0)), b.parameter(0))
+    engine = engine_module.make_engine(b, [square, b.multiply(b.unknown(0), square)], ([[1.0, 1.0]], [1.0]))
+    found = tracked(engine, way, np.ones((3, 2)), np.array([2.0]), np.array([-1.0]))
+    assert not np.any(found.status == REACHED)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [({"kind": "spiral"}, "spiral"), ({"arithmetic": "quad"}, "quad"), ({"kind": "toric"}, "real")],
