@@ -223,7 +223,7 @@ class Engine:
             self.used = "multiprecision"
         if self.used in ("reference", "multiprecision"):
             track = _multiprecision() if self.used == "multiprecision" else reference.track
-            arguments = {
+            arguments: dict[str, Any] = {
                 "start": start,
                 "end": end,
                 "stop": stop,
