@@ -31,6 +31,8 @@ LONGEST_TICK = 40_000
 TYPICAL_TICKS = 130
 #: Path-ticks after which machine code pays: 0.2 ms to compile an instruction, 0.15 ns saved whenever it runs.
 CODE_PAYS = 1_200_000
+#: A tick program longer than this is interpreted, whatever the work: its machine code would not fit into caches.
+LONGEST_CODE = 15_000
 #: Seconds that the kernel costs when it is loaded from numba's cache, and when it must be compiled.
 LOADING, COMPILING = 0.4, 10.0
 #: NumPy's cost in seconds: of a tick, of an instruction, of an instruction for each path, of n³ for each path.
@@ -250,7 +252,7 @@ class Engine:
             return wanted
         if self._code_at_hand is None:
             self._code_at_hand = compiled.code_is_cached(self.tick, self.lanes)
-        if self._path_ticks + paths * TYPICAL_TICKS > CODE_PAYS:
+        if self._path_ticks + paths * TYPICAL_TICKS > CODE_PAYS and len(self.tick.code) <= LONGEST_CODE:
             self._code_at_hand = True
         return "compiled" if self._code_at_hand else "interpreted"
 

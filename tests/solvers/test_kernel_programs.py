@@ -74,6 +74,26 @@ def test_without_the_instruction_no_fused_multiplication_is_called():
     assert "@llvm.fma" in codegen.assembly(program, Lanes(4, fma=True))
 
 
+@pytest.mark.parametrize(
+    ("triple", "cpu", "lanes", "instruction"),
+    [
+        ("aarch64-unknown-linux-gnu", "generic", Lanes(2), "fmla"),
+        ("x86_64-unknown-linux-gnu", "haswell", Lanes(4), "vfmadd"),
+        ("x86_64-unknown-linux-gnu", "x86-64", Lanes(2, fma=False), "mulpd"),
+        ("x86_64-unknown-linux-gnu", "skylake-avx512", Lanes(8), "zmm"),
+    ],
+)
+def test_other_processors_get_their_vector_instructions(triple, cpu, lanes, instruction):
+    llvm = pytest.importorskip("llvmlite.binding")
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    module = llvm.parse_assembly(codegen.assembly(every_operation(), lanes))
+    machine = llvm.Target.from_triple(triple).create_target_machine(cpu=cpu, opt=2)
+    text = machine.emit_assembly(module)
+    assert instruction in text
+    assert not any(word in text for word in ("call", "\tbl\t"))  # nothing is left to a library
+
+
 def test_finished_code_is_kept_and_a_damaged_file_is_made_again(tmp_path):
     program = every_operation()
     assert not codegen.is_cached(program, Lanes(2))
