@@ -14,8 +14,10 @@ TABLE: dict[str, str] = {
     "watt2-two-effectors": "mechanisms.families.watt2_two_effectors:Watt2TwoEffectors",
     "four-bar-path": "mechanisms.families.four_bar_path:FourBarPath",
     "wanzer": "mechanisms.families.wanzer:Wanzer",
+    "wanzer-modified": "mechanisms.families.wanzer_modified:WanzerModified",
     "rotatory-trammel": "mechanisms.families.rotatory_trammel:RotatoryTrammel",
     "four-bar-motion": "mechanisms.families.four_bar_motion:FourBarMotion",
+    "watt2-path": "mechanisms.families.watt2_path:Watt2Path",
     "coupled-serial-chain": "mechanisms.families.coupled_serial_chain:CoupledSerialChain",
 }
 

@@ -1,0 +1,423 @@
+"""Watt II path generation with prescribed timing, for many more points than a linkage can meet.
+
+The first four-bar of a Watt II carries the tracing point B on its coupler; the ternary rocker drives a second one:
+
+    (1)  Z1 (E(θ_j) − 1) + Z3 (E(α_j) − 1) = δ_j
+    (2)  Z7 (E(β_j) − 1) + Z4 (E(α_j) − 1) = δ_j
+    (3)  Z8 (E(γ_j) − 1) + Z9 (E(φ_j) − 1) + Z6 (E(β_j) − 1) + Z4 (E(α_j) − 1) = δ_j
+    (4)–(7)  Z2 = Z4 − Z3,  Z5 = Z7 − Z6,  Z11 = Z5 − Z8 − Z9,  Z10 = Z1 − Z2 − Z7
+
+Equations: the published Watt-II path generation through twenty-four precision points by dyad and triad
+equations, where Z1 = O1A, Z3 = AB, Z7 = O2C, Z4 = CB, Z6 = DC, Z8 = O3E, Z9 = ED.  The published recipe chooses
+all rotations freely and solves (1)–(3) by linear least squares.  Here only the crank's timing θ_j is prescribed:
+
+- α_j is eliminated from (1): B keeps its distance from A, which is a dyad fit with the crank as body, and all its
+  critical points are known (`mechanisms.dyad_fit`), timed cognates among them;
+- (2) then is another dyad fit with the coupler as body, in which the first dyad is a trivial solution;
+- the linkage is simulated, and all its dimensions move until the error of the *real motion* is least.
+
+Eq. (3) cannot fix its own unknowns: where the second loop closes, Z8(E(γ)−1) + Z9(E(φ)−1) − Z5(E(β)−1) = 0
+whatever the scale, so that the least-squares matrix of Z8, Z9, Z6 is singular.  The path does not depend on
+them; they are chosen for transmission.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechanisms.approximate import Fit, best_fit, least_squares_fit, minimax_fit, sobol_points
+from mechanisms.dyad_fit import DyadFits, fit_dyads
+from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
+from mechanisms.linkage import Input, Linkage
+from mechanisms.task import Task, TaskError
+
+if TYPE_CHECKING:
+    from solvers import Solutions
+
+__all__ = [
+    "Watt2Path",
+    "WattLinkage",
+    "fit_watt",
+    "rank_of_equation_3",
+    "recipe_with_given_angles",
+    "with_second_loop",
+]
+
+#: A dyad this near to (O1, A), relative to the task's size, is the trivial solution of (2).
+TRIVIAL = 1e-3
+#: First dyads, and designs, worse than this many times the best are dropped.
+WORSE = 50.0
+#: Sobol points for the second loop, which is free.
+SECOND_LOOPS = 4096
+
+
+@dataclass(frozen=True)
+class WattLinkage:
+    """A Watt II six-bar in its home position, by the published vectors.
+
+    Parameters
+    ----------
+    o1 : complex
+        Pivot of the crank.
+    z1, z3, z4, z7, z6, z8, z9 : complex
+        As above; without Z8 there is no second loop.  Z2, Z5, Z10, Z11 follow by (4)–(7).
+    """
+
+    o1: complex
+    z1: complex
+    z3: complex
+    z4: complex
+    z7: complex
+    z6: complex = 0j
+    z8: complex = 0j
+    z9: complex = 0j
+
+    def derived(self) -> dict[str, complex]:
+        """Z2, Z5, Z11 and Z10 by (4)–(7)."""
+        z2, z5 = self.z4 - self.z3, self.z7 - self.z6
+        return {"Z2": z2, "Z5": z5, "Z11": z5 - self.z8 - self.z9, "Z10": self.z1 - z2 - self.z7}
+
+    def points(self) -> dict[str, complex]:
+        """Pivots and joints in the home position."""
+        a = self.o1 + self.z1
+        b = a + self.z3
+        c = b - self.z4
+        o2, d = c - self.z7, c - self.z6
+        e = d - self.z9
+        return {"O1": self.o1, "O2": o2, "O3": e - self.z8, "A": a, "B": b, "C": c, "D": d, "E": e}
+
+    def rotations(self, theta: ArrayLike) -> dict[str, NDArray[np.float64]]:
+        """α, β, φ, γ for crank angles θ from home, on the branch of home; NaN where a loop does not close."""
+        crank, p = np.asarray(theta, dtype=float), self.points()
+        a = p["O1"] + self.z1 * np.exp(1j * crank)
+        c = _meet(a, abs(p["C"] - p["A"]), p["O2"], abs(self.z7), _side(p["A"], p["O2"], p["C"]))
+        alpha = np.angle((c - a) / (p["C"] - p["A"]))
+        beta = np.angle((c - p["O2"]) / self.z7)
+        found = {"alpha": alpha, "beta": beta}
+        if self.z8 != 0:
+            d = p["O2"] + (p["D"] - p["O2"]) * np.exp(1j * beta)
+            e = _meet(d, abs(self.z9), p["O3"], abs(self.z8), _side(p["D"], p["O3"], p["E"]))
+            found["phi"] = np.angle((d - e) / self.z9)
+            found["gamma"] = np.angle((e - p["O3"]) / self.z8)
+        return found
+
+    def trace(self, theta: ArrayLike) -> NDArray[np.complex128]:
+        """Where the tracing point really is at the crank angles θ: nothing but the closure of the loops enters."""
+        crank = np.asarray(theta, dtype=float)
+        p = self.points()
+        a = p["O1"] + self.z1 * np.exp(1j * crank)
+        return a + self.z3 * np.exp(1j * self.rotations(crank)["alpha"])
+
+    def linkage(self, title: str = "", length_unit: str = "") -> Linkage:
+        """As a linkage; B carries the task's path."""
+        p = self.points()
+        links = {"ground": ("O1", "O2"), "crank": ("O1", "A"), "coupler": ("A", "C", "B"), "rocker": ("O2", "C")}
+        if self.z8 != 0:
+            links |= {
+                "ground": ("O1", "O2", "O3"),
+                "rocker": ("O2", "C", "D"),
+                "bar": ("D", "E"),
+                "output": ("O3", "E"),
+            }
+        used = {name for members in links.values() for name in members}
+        return Linkage(
+            points={name: z for name, z in p.items() if name in used},
+            links=links,
+            bodies={BODY: ("coupler", "B")},
+            inputs={"crank": Input("crank")},
+            title=title,
+            length_unit=length_unit,
+        )
+
+    def poses(self, theta: Sequence[float]) -> list[dict[str, float]]:
+        """Rotations of the links from home."""
+        turned = {"crank": np.asarray(theta, dtype=float)}
+        names = {"alpha": "coupler", "beta": "rocker", "phi": "bar", "gamma": "output"}
+        turned |= {names[key]: values for key, values in self.rotations(theta).items()}
+        return [{link: float(values[j]) for link, values in turned.items()} for j in range(len(theta))]
+
+
+@dataclass(frozen=True)
+class WattFit:
+    """A linkage and how its real motion misses the points.
+
+    Attributes
+    ----------
+    design : WattLinkage
+    theta : (M,) array
+        Crank angles at the points, from home.
+    errors : (M,) array
+        Distances |B_j − P_j| there.
+    crank_fits : DyadFits
+        The proof for the first dyad.
+    """
+
+    design: WattLinkage
+    theta: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    crank_fits: DyadFits
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square distance."""
+        return float(np.sqrt(np.mean(self.errors**2)))
+
+    @property
+    def worst(self) -> float:
+        """The largest distance."""
+        return float(self.errors.max())
+
+
+def fit_watt(
+    points: Sequence[complex],
+    theta: Sequence[float] | None = None,
+    exact_first: bool = False,
+    free_timing: bool = False,
+    minimax: bool = False,
+    seed: int = 0,
+) -> list[WattFit]:
+    """Four-bars whose coupler point is at given points at given crank angles, all cognates, the best first.
+
+    Parameters
+    ----------
+    points : sequence of M ≥ 8 complex
+    theta : sequence of M float, optional
+        Crank angles, the first 0, monotonic; equal steps of one anticlockwise turn otherwise.
+    exact_first : bool
+        Meet the first point exactly, as (1) and (2) do.
+    free_timing : bool
+        Let the crank angles move in the end: the path alone counts.
+    minimax : bool
+        Make the largest distance least, from the least-squares fits.
+    seed : int
+        Of the homotopies.
+
+    Returns
+    -------
+    list of WattFit
+        The second loop is not chosen yet: see `with_second_loop`.
+
+    Raises
+    ------
+    TaskError
+        For too few points, or timing that is not increasing or decreasing.
+    """
+    wanted = np.array(points, dtype=complex)
+    count = len(wanted)
+    if count < 8:
+        raise TaskError(f"{count} points, but a timed four-bar passes up to 5 exactly; give 8 or more to approach")
+    crank = 2 * np.pi * np.arange(count) / count if theta is None else np.array(theta, dtype=float)
+    _check_timing(crank, count)
+    size = float(np.abs(wanted - wanted.mean()).max())
+    first = fit_dyads(wanted, crank, seed)
+    found: list[tuple[Fit, WattLinkage]] = []
+    for dyad in first.minima:
+        if dyad.rms > WORSE * first.best.rms + 1e-12 * size**2:
+            continue
+        o1, z1 = dyad.fixed, -dyad.moving
+        a = o1 + z1 * np.exp(1j * crank)
+        alpha = np.unwrap(np.angle((wanted - a) / (wanted[0] - a[0])))
+        for other in fit_dyads(wanted, alpha, seed).minima:
+            c = wanted[0] + other.moving
+            if abs(c - a[0]) < TRIVIAL * size or not np.isfinite(other.length):
+                continue
+            start = WattLinkage(o1, z1, wanted[0] - a[0], wanted[0] - c, c - other.fixed)
+            fit = _polish(start, wanted, crank, exact_first, free_timing, minimax, size)
+            if fit is not None:
+                found.append(fit)
+    kept = best_fit([fit for fit, _ in found])
+    kept = [fit for fit in kept if fit.value <= WORSE * kept[0].value + 1e-12]
+    by_fit = {id(fit): design for fit, design in found}
+    fits = []
+    for fit in kept:
+        design = by_fit[id(fit)]
+        angles = crank + np.r_[0.0, fit.x[-(count - 1) :]] if free_timing else crank
+        fits.append(WattFit(design, angles, np.abs(design.trace(angles) - wanted), first))
+    return fits
+
+
+def with_second_loop(design: WattLinkage, theta: ArrayLike, seed: int = 0) -> WattLinkage:
+    """The same path with a second four-bar O2-D-E-O3 that transmits best over the rocker's swing, of Sobol points.
+
+    The path says nothing about it; see `rank_of_equation_3`.
+    """
+    beta = np.unwrap(design.rotations(np.linspace(0, 2 * np.pi, 181))["beta"])
+    if not np.all(np.isfinite(beta)):
+        beta = np.unwrap(design.rotations(theta)["beta"])
+    reach, o2 = abs(design.z7), design.points()["O2"]
+    u = sobol_points([(0.3, 0.8), (-np.pi, np.pi), (0.3, 1.5), (-np.pi, np.pi), (0.3, 1.5), (-np.pi, np.pi)],
+                     SECOND_LOOPS, seed)  # fmt: skip
+    z5, z9, z8 = (reach * u[:, k] * np.exp(1j * u[:, k + 1]) for k in (0, 2, 4))
+    d0 = o2 + z5
+    e0 = d0 - z9
+    o3 = e0 - z8
+    d = o2 + z5[:, None] * np.exp(1j * beta)[None, :]
+    side = np.sign(np.imag(np.conj(o3 - d0) * (e0 - d0)))
+    e = _meet(d, np.abs(z9)[:, None], o3[:, None], np.abs(z8)[:, None], side[:, None])
+    least = np.abs(np.sin(np.angle((d - e) * np.conj(e - o3[:, None])))).min(axis=1)
+    best = int(np.nanargmax(np.where(np.isfinite(least), least, -1.0)))
+    z6 = design.z7 - z5[best]
+    return WattLinkage(
+        design.o1, design.z1, design.z3, design.z4, design.z7, z6, complex(z8[best]), complex(z9[best])
+    )
+
+
+def recipe_with_given_angles(
+    points: Sequence[complex], first: ArrayLike, second: ArrayLike
+) -> tuple[complex, complex, float]:
+    """The published recipe for (1) or (2): both rotations given, the two vectors by linear least squares.
+
+    Returns
+    -------
+    vectors and the root of the mean square residual of the vector equation, which is *not* the error of a motion
+    """
+    wanted = np.array(points, dtype=complex)
+    matrix = np.exp(1j * np.stack([first, second], axis=1)) - 1
+    moves = wanted - wanted[0]
+    found = np.linalg.lstsq(matrix, moves, rcond=None)[0]
+    rms = float(np.sqrt(np.mean(np.abs(matrix @ found - moves) ** 2)))
+    return complex(found[0]), complex(found[1]), rms
+
+
+def rank_of_equation_3(design: WattLinkage, theta: ArrayLike) -> tuple[int, NDArray[np.float64]]:
+    """Rank of the least-squares matrix of Z8, Z9, Z6 in (3) for a real motion, and its singular values.
+
+    The rank is 2 of 3 where the second loop closes: one complex vector remains free.
+    """
+    turned = design.rotations(theta)
+    matrix = np.stack([np.exp(1j * turned[name]) - 1 for name in ("gamma", "phi", "beta")], axis=1)
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int((values > 1e-9 * values[0]).sum()), values
+
+
+class Watt2Path(Family):
+    """A point along a path with a timed crank, by a Watt II six-bar."""
+
+    name = "watt2-path"
+    summary = "Watt II six-bar that draws a timed path"
+    source = "Watt-II path generation through twenty-four precision points by dyad and triad equations"
+    point_counts = tuple(range(8, 2001))
+    unknowns = "O1, Z1 of the crank; O2, C of the rocker"
+    roots = "25 critical points of each dyad"
+    free = (
+        Free("theta", "angle", "crank angles at the points, the first 0", many=True),
+        Free("timing", "text", "whether the crank angles count", choices=("prescribed", "free")),
+        Free("norm", "text", "what is made least", choices=("least-squares", "minimax")),
+        Free("first_point", "text", "whether it is met exactly", choices=("exact", "near")),
+    )
+    inputs = ("crank",)
+    exact = False
+
+    def check(self, task: Task) -> None:
+        """Refuse timing that does not fit the points."""
+        theta = task.free.get("theta")
+        if theta is not None:
+            try:
+                _check_timing(np.array(theta), len(task.points[BODY]))
+            except TaskError as error:
+                raise TaskError(f"{task.where}: free.theta_deg: {error}") from None
+
+    def system(self, task: Task) -> Problem | None:
+        """None: the two dyads are solved one after the other, the second with the angles of the first."""
+        return None
+
+    def candidates(
+        self,
+        task: Task,
+        solutions: Solutions | None,
+        progress: Callable[[str, float], None] | None = None,
+    ) -> Iterator[Candidate]:
+        """One design for each cognate, the best first."""
+        if progress is not None:
+            progress("fitting dyads to all points", 0.0)
+        fits = fit_watt(
+            task.points[BODY],
+            task.free.get("theta"),
+            exact_first=task.free.get("first_point") == "exact",
+            free_timing=task.free.get("timing") == "free",
+            minimax=task.free.get("norm") == "minimax",
+            seed=task.seed,
+        )
+        for fit in fits:
+            design = with_second_loop(fit.design, fit.theta, task.seed)
+            named: dict[str, Any] = {f"Z{k}": getattr(design, f"z{k}") for k in (1, 3, 4, 6, 7, 8, 9)}
+            yield Candidate(
+                None,
+                named | design.derived(),
+                design.linkage(task.title, task.length_unit),
+                design.poses(fit.theta),
+                note=repr(fit.crank_fits),
+                pose_error=fit.worst,
+                extra={"rms_error": fit.rms, "critical_points": fit.crank_fits.critical},
+            )
+
+
+def _polish(
+    start: WattLinkage,
+    wanted: NDArray[np.complex128],
+    crank: NDArray[np.float64],
+    exact_first: bool,
+    free_timing: bool,
+    minimax: bool,
+    size: float,
+) -> tuple[Fit, WattLinkage] | None:
+    """All dimensions together, by the error of the simulated motion; None when it does not close at the points."""
+    count = len(wanted)
+
+    def design_of(x: NDArray[np.float64]) -> WattLinkage:
+        z = x[:8].view(complex) * size
+        o1 = wanted[0] - z[0] - z[1] if exact_first else complex(x[8], x[9]) * size
+        return WattLinkage(complex(o1), *(complex(v) for v in z))
+
+    def misses(x: NDArray[np.float64]) -> NDArray[np.complex128]:
+        angles = crank + np.r_[0.0, x[-(count - 1) :]] if free_timing else crank
+        off = (design_of(x).trace(angles) - wanted) / size
+        return np.where(np.isfinite(off), off, 1.0)
+
+    def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        off = misses(x)
+        return np.concatenate([off.real, off.imag])
+
+    vectors = np.array([start.z1, start.z3, start.z4, start.z7]) / size
+    x = np.concatenate([vectors.view(float), [] if exact_first else [start.o1.real / size, start.o1.imag / size]])
+    if free_timing:
+        x = np.concatenate([x, np.zeros(count - 1)])
+    fit = least_squares_fit(residuals, x)
+    if minimax:
+        fit = minimax_fit(lambda y: np.abs(misses(y)), fit.x)
+    design = design_of(fit.x)
+    return (fit, design) if np.all(np.isfinite(design.trace(crank))) else None
+
+
+def _check_timing(theta: NDArray[np.float64], count: int) -> None:
+    if len(theta) != count:
+        raise TaskError(f"{len(theta)} crank angles for {count} points; give one for each, the first 0")
+    if abs(theta[0]) > 1e-12:
+        raise TaskError(f"the first crank angle is {math.degrees(theta[0]):g}°; angles count from the first point")
+    steps = np.diff(theta)
+    if not (np.all(steps > 0) or np.all(steps < 0)):
+        bad = int(np.flatnonzero(np.sign(steps) != np.sign(steps[0]))[0]) + 1 if steps[0] != 0 else 1
+        raise TaskError(f"the crank angles must go one way; angle {bad} does not follow angle {bad - 1}")
+    if abs(theta[-1]) >= 2 * np.pi:
+        raise TaskError("the crank angles span a whole turn or more; the last point would be past the first")
+
+
+def _side(first: complex, second: complex, meeting: complex) -> float:
+    """On which side of the line from first to second their common point lies."""
+    return float(np.sign((np.conj(second - first) * (meeting - first)).imag))
+
+
+def _meet(a: Any, reach_a: Any, b: Any, reach_b: Any, side: Any) -> NDArray[np.complex128]:
+    """Where circles about a and b meet, on the given side of the line from a to b; NaN where they do not."""
+    line = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = np.abs(line) ** 2
+        along = (square + reach_a**2 - reach_b**2) / (2 * square)
+        height = np.sqrt(reach_a**2 / square - along**2)
+        return np.asarray(a + line * (along + 1j * side * height))
