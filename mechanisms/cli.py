@@ -236,7 +236,8 @@ def reproduce(paper: str, as_json: bool) -> int:
         print_json({name: [item.as_dict() for item in items] for name, items in found.items()})
     else:
         for name in names:
-            console().print(papers.comparison_table(name, found[name]))
+            out = console()
+            out.print(papers.comparison_table(name, found[name], out.width))
     return OK
 
 
@@ -304,7 +305,7 @@ def _print_result(result: Result, designs: Sequence[Any], top: int | None, every
     listed = shown if top is None else shown[:top]
     out.print()
     if listed:
-        out.print(tables.result_table(listed, result.task.length_unit))
+        out.print(tables.result_table(listed, result.task.length_unit, out.width))
     elif not designs:
         out.print("no design")
     if len(listed) < len(shown):

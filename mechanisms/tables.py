@@ -92,45 +92,87 @@ def funnel_table(result: Result) -> RenderableType:
     return table
 
 
-def result_table(designs: Sequence[Design], unit: str = "") -> RenderableType:
-    """Designs as a table, one line each."""
+def result_table(designs: Sequence[Design], unit: str = "", width: int = 160) -> RenderableType:
+    """Designs as a table, one line each; on a narrow terminal the least telling columns are left out.
+
+    Parameters
+    ----------
+    designs : sequence of Design
+    unit : str
+        The task's length unit.
+    width : int
+        Columns of the terminal.
+    """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
+    columns = _columns(designs, unit)
+    for name in _DROPPED_FIRST:
+        if sum(_needed(head, cells) for head, cells in columns.items()) > width:
+            columns.pop(next((head for head in columns if head.startswith(name)), ""), None)
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1), header_style="bold")
-    label = f" [{unit}]" if unit else ""
-    notes = any(design.note for design in designs)
-    angles = any(design.worst_angle_error is not None for design in designs)
-    shares = any("defect_free_share" in design.extra for design in designs)
-    columns = ["id", "verdict", "transm. °", "full turn", "link ratio", f"extent{label}", "pose error"]
-    columns += ["angle error °"] if angles else []
-    columns += ["choices free of defects"] if shares else []
-    for column in columns + (["note"] if notes else []):
+    for head, cells in columns.items():
+        wraps = head in _WRAPPING
         table.add_column(
-            column.replace("[", r"\["),
-            justify="left" if column in ("id", "verdict", "full turn", "note") else "right",
-            no_wrap=column not in ("note", "verdict"),
+            head.replace("[", r"\["),
+            justify="left" if head in (*_WRAPPING, "id", "full\nturn") else "right",
+            no_wrap=not wraps,
+            overflow="fold",
+            min_width=min(_WRAPPING.get(head, 99), max(map(len, [*head.split("\n"), *cells]))),
         )
+    for number_of_row, design in enumerate(designs):
+        row = [cells[number_of_row] for cells in columns.values()]
+        row[1] = f"[{'green' if design.accepted else 'red'}]{row[1]}[/]"
+        table.add_row(*row)
+    return table
+
+
+#: Columns that may wrap, and how narrow they may become.
+_WRAPPING = {"verdict": 20, "note": 17}
+#: Columns that are left out where there is no room, the first first.
+_DROPPED_FIRST = ("angle", "full", "extent", "choices", "pose")
+#: Larger angle errors (radians) are worth a column.
+_TELLING_ANGLE = 1e-9
+
+
+def _columns(designs: Sequence[Design], unit: str) -> dict[str, list[str]]:
+    """Heads and cells of the table of designs."""
+    columns: dict[str, list[str]] = {
+        head: [] for head in ("id", "verdict", "transm.\n°", "full\nturn", "link\nratio")
+    }
+    extent = f"extent\n[{unit}]" if unit else "extent"
+    columns |= {head: [] for head in (extent, "pose\nerror")}
+    if any((design.worst_angle_error or 0.0) > _TELLING_ANGLE for design in designs):
+        columns["angle\nerror °"] = []
+    if any("defect_free_share" in design.extra for design in designs):
+        columns["choices free\nof defects"] = []
+    if any(design.note for design in designs):
+        columns["note"] = []
     for design in designs:
         built = design.linkage is not None
-        row = [
-            design.id,
-            "[green]accepted[/green]"
-            if design.accepted
-            else f"[red]{', '.join(reason.removeprefix('constraint:') for reason in design.reasons)}[/red]",
-            "–" if not design.min_transmission_deg else f"{design.min_transmission_deg:.1f}",
-            ("yes" if design.full_rotation else "no") if design.verdicts else "–",
-            number(design.link_ratio, 3) if built else "–",
-            number(design.extent, 4) if built else "–",
-            _error(design.worst_pose_error),
-        ]
-        if angles:
-            row.append(_error(design.worst_angle_error, 180 / math.pi))
-        if shares:
-            share = design.extra.get("defect_free_share")
-            row.append("–" if share is None else _percent(share))
-        table.add_row(*row, *([design.note] if notes else []))
-    return table
+        share = design.extra.get("defect_free_share")
+        reasons = ", ".join(reason.removeprefix("constraint:") for reason in design.reasons)
+        cells = {
+            "id": design.id,
+            "verdict": reasons or "accepted",
+            "transm.\n°": f"{design.min_transmission_deg:.1f}" if design.min_transmission_deg else "–",
+            "full\nturn": ("yes" if design.full_rotation else "no") if design.verdicts else "–",
+            "link\nratio": number(design.link_ratio, 3) if built else "–",
+            extent: number(design.extent, 4) if built else "–",
+            "pose\nerror": _error(design.worst_pose_error),
+            "angle\nerror °": _error(design.worst_angle_error, 180 / math.pi),
+            "choices free\nof defects": "–" if share is None else _percent(share),
+            "note": design.note,
+        }
+        for head, column in columns.items():
+            column.append(cells[head])
+    return columns
+
+
+def _needed(head: str, cells: Sequence[str]) -> int:
+    """Columns of the terminal that a column of the table needs at least."""
+    natural = max(map(len, [*head.split("\n"), *cells]))
+    return 2 + min(natural, _WRAPPING.get(head, natural))
 
 
 def design_sheet(design: Design, result: Result) -> RenderableType:

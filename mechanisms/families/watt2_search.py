@@ -166,7 +166,7 @@ def search(task: Task, halves: tuple[Half, Half], sides: tuple[Side, Side]) -> t
                 ratio, extent = _shape(halves, p, i, q, j)
                 wrong = (angle < needed) + (ratio > limit)
                 costs = {
-                    "transmission angle": (int(ratio > limit), -angle),
+                    "transmission": (int(ratio > limit), -angle),
                     "link ratio": (wrong, ratio),
                     "compactness": (wrong, extent),
                 }

@@ -19,6 +19,11 @@ PAPERS: dict[str, tuple[str, str]] = {
         "mechanisms.reproduce.kiper",
         "G. Kiper, Motion synthesis of a planar Watt II type six-bar mechanism with two end-effectors",
     ),
+    "suarez": (
+        "mechanisms.reproduce.suarez",
+        "H. A. Suárez-Velásquez, J. J. Cervantes-Sánchez, J. M. Rico-Martínez, Synthesis of a novel planar linkage to "
+        "visit up to eight poses",
+    ),
 }
 
 __all__ = ["PAPERS", "Comparison", "comparison_table", "reproduce"]
@@ -46,8 +51,21 @@ def reproduce(paper: str) -> list[Comparison]:
     return import_module(PAPERS[paper][0]).comparisons()
 
 
-def comparison_table(paper: str, items: list[Comparison]) -> RenderableType:
-    """The comparison as a table, with a count of the verdicts below it."""
+#: Terminals narrower than this get the reasons below the table instead of beside it.
+WIDE = 140
+
+
+def comparison_table(paper: str, items: list[Comparison], width: int = 160) -> RenderableType:
+    """The comparison as a table, with a count of the verdicts below it.
+
+    Parameters
+    ----------
+    paper : str
+        A key of `PAPERS`.
+    items : list of Comparison
+    width : int
+        Columns of the terminal.
+    """
     from collections import Counter
 
     from rich.box import SIMPLE_HEAD
@@ -60,14 +78,17 @@ def comparison_table(paper: str, items: list[Comparison]) -> RenderableType:
     table.add_column("printed", justify="right", overflow="fold")
     table.add_column("ours", justify="right", overflow="fold")
     table.add_column("verdict", no_wrap=True)
-    table.add_column("why", ratio=1, overflow="fold")
+    if width >= WIDE:
+        table.add_column("why", ratio=1, overflow="fold")
     colours = {"agrees": "green", "differs": "bold red"}
     last = ""
     for item in items:
         colour = colours.get(item.verdict, "yellow")
         where, last = ("" if item.where == last else item.where), item.where
         verdict = f"[{colour}]{item.verdict}[/{colour}]"
-        table.add_row(where, item.what, item.printed, item.shown, verdict, item.why)
+        row = [where, item.what, item.printed, item.shown, verdict]
+        table.add_row(*row, *([item.why] if width >= WIDE else []))
     counts = Counter(item.verdict for item in items)
     summary = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
-    return Group(PAPERS[paper][1], table, f"{len(items)} items: {summary}")
+    reasons = [f"[bold]{i.where}, {i.what}:[/bold] {i.why}" for i in items if i.why and width < WIDE]
+    return Group(PAPERS[paper][1], table, *reasons, f"{len(items)} items: {summary}")
