@@ -222,10 +222,22 @@ def minimax_fit(
         if step is None or merit - foretold <= 1e-13 * max(merit, 1e-300):
             converged = step is not None
             break
-        trial = x + step
-        new_r, new_c = residuals(trial), limits(trial)
-        new = _merit(new_r, new_c)
-        ratio = (merit - new) / (merit - foretold) if np.isfinite(new) else -1.0
+        trial, ratio = x + step, -1.0
+        for correction in (False, True):
+            if correction:
+                # Curved constraints turn even good steps down; the same program with the curvature just seen.
+                bent = new_r - slope @ step, new_c - limit_slope @ step
+                if not len(c) or not (np.all(np.isfinite(bent[0])) and np.all(np.isfinite(bent[1]))):
+                    break
+                second, _ = _program(bent[0], slope, bent[1], limit_slope, region * scale, x, box)
+                if second is None:
+                    break
+                trial = x + second
+            new_r, new_c = residuals(trial), limits(trial)
+            new = _merit(new_r, new_c)
+            ratio = (merit - new) / (merit - foretold) if np.isfinite(new) else -1.0
+            if ratio > 0.05:
+                break
         if ratio > 0.05:
             x, r, c, merit = trial, new_r, new_c, new
             region = min(2.0 * region, 1.0) if ratio > 0.75 else region
