@@ -326,3 +326,29 @@ def test_catalogue_lists_and_verifies(call):
     assert (
         code == 2 and err.startswith("error: the catalogue has nothing called 'tramel'") and err.count("\n") == 1
     )
+
+
+def test_an_interruption_of_the_tracking_keeps_its_chunks(call, tmp_path, monkeypatch):
+    """Ctrl-C while paths are tracked: exit code 3, an honest ledger, and a run that can be resumed."""
+    import solvers.tracking as tracking
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    path = tmp_path / "stopped.db"
+    with monkeypatch.context() as patch:
+        patch.setattr(tracking, "_track_chunk", interrupted)
+        code, out, err = call("solve", EXAMPLE, "--run", str(path), "--jobs", "1")
+    assert code == 3 and "NOT complete: stopped" in out and "add --resume" in err
+    code, out, _ = call("solve", EXAMPLE, "--run", str(path), "--resume", "--json")
+    document = json.loads(out)
+    assert code == 0 and document["state"] == "done" and document["roots"]["count"] == 8
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 160])
+def test_tables_fit_the_terminal(call, run, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    out = call("show", run, "--all")[1]
+    table = out[out.index("verdict") :]
+    assert all(len(line) <= width for line in table.splitlines())
+    assert "accepted" in table and "27.6" in table and "D008" in table
