@@ -27,6 +27,9 @@ _IPP_COEFFICIENTS = (
 def ipp() -> System:
     """The six-revolute-joint problem of mechanics, eight unknowns.
 
+    PHCpack's database lists 48 solutions, and sixteen paths to infinity or to a curve. For the coefficients as
+    printed, nine digits each, these sixteen are isolated solutions as well, of size 1e7.
+
     Morgan and Sommese, Applied Mathematics and Computation 24, 115-138, 1987.
     """
     from sympy import Integer, prod

@@ -109,11 +109,10 @@ ZOO: dict[str, Benchmark] = {
         Benchmark(
             "ipp",
             kinematics.ipp,
-            48,
+            64,
             _DEMO,
             total_degree=256,
             mixed_volume=64,
-            component=True,
         ),
         Benchmark("ipp2", kinematics.ipp2, 16, _DEMO, total_degree=1024, mixed_volume=288),
         Benchmark("fourbar5", kinematics.fourbar_five_points, 36, _DEMO, total_degree=256, mixed_volume=36),

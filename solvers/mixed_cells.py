@@ -150,8 +150,13 @@ def _checked(supports: Sequence[Any]) -> list[np.ndarray]:
 
 
 def _order(points: list[np.ndarray]) -> list[int]:
-    """Supports with few points first: their cells are few, and stay few."""
-    return sorted(range(len(points)), key=lambda k: (len(points[k]), k))
+    """Supports of low degree first, then those with few points: their cells are few, and stay few."""
+
+    def size(k: int) -> tuple[int, int, int]:
+        spread = (points[k] - points[k].min(axis=0)).sum(axis=1) if len(points[k]) else np.zeros(1)
+        return int(spread.max()), len(points[k]), k
+
+    return sorted(range(len(points)), key=size)
 
 
 def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool, patience: int) -> Any:

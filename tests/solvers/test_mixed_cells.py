@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, QhullError
 
+from benchmarks.algebra import cyclic
 from benchmarks.zoo import ZOO
 from solvers.mixed_cells import TooManyCells, mixed_cells, mixed_volume
 from solvers.supports import terms
@@ -91,6 +92,12 @@ def test_katsura_has_two_roots_with_zeros_or_more(n):
     supports = terms(ZOO[f"katsura{n}"].build()).supports
     origin = np.zeros((1, n + 1), np.int64)
     assert mixed_volume(supports) < mixed_volume([np.vstack([s, origin]) for s in supports]) == 2**n
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n, volume", [(8, 2560), (9, 11016), (10, 35940)])
+def test_larger_cyclic_systems(n, volume):
+    assert mixed_volume(terms(cyclic(n)).supports) == volume
 
 
 def test_every_lifting_gives_the_same_mixed_volume():
