@@ -341,6 +341,7 @@ def funnel(designs: Sequence[Design], task: Task, roots: int | None) -> list[dic
         for root in design.extra.get("roots", [design.root]):  # a pair of dyads stands on two roots
             by_root.setdefault(root, []).append(design)
     stages: list[dict[str, Any]] = []
+    rootless = by_root.pop(None, []) if roots is not None else []
     left = dict(by_root)
     if roots is not None:
         stages.append({"stage": "roots", "left": roots, "removed": {}})
@@ -348,7 +349,7 @@ def funnel(designs: Sequence[Design], task: Task, roots: int | None) -> list[dic
             gone = {root for root, group in left.items() if all(code in design.reasons for design in group)}
             left = {root: group for root, group in left.items() if root not in gone}
             stages.append({"stage": name, "left": len(left), "removed": {code: len(gone)} if gone else {}})
-    standing = list({design.id: design for group in left.values() for design in group}.values())
+    standing = list({design.id: design for group in [*left.values(), rootless] for design in group}.values())
     stages.append({"stage": "designs", "left": len(standing), "removed": {}})
     wanted = {key: f"constraint:{key}" for key in task.constraints if CONSTRAINTS[key].holds is not None}
     tests: list[tuple[str, str]] = [("degenerate", "not degenerate"), ("complex", "real"), ("inexact", "exact")]

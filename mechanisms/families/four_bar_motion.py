@@ -30,9 +30,11 @@ from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import INPUTS, pair_candidates
 from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool
 from mechanisms.families.mixed_motion import check_mixed, is_mixed, mixed_candidates, mixed_problem
-from mechanisms.families.motion_dyads import Poses, common_pole
+from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import search_candidates
 from mechanisms.families.reality import real_roots
+from mechanisms.families.special_motions import refuse_special_motions, refuse_whole_families
+from mechanisms.families.tolerance import TRIALS, Tolerances, check_tolerances, tolerance_candidates
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
@@ -59,6 +61,11 @@ _LENGTHS = tuple(
         ("L_link2", "the link of dyad 2"),
     )
 )
+_TOLERANCES = (
+    Free("tolerance_x", "length", "how far each pose may be missed in x", many=True),
+    Free("tolerance_y", "length", "how far each pose may be missed in y", many=True),
+    Free("tolerance_angle", "angle", "how far each pose may be missed in angle", many=True),
+)
 
 
 class FourBarMotion(Family):
@@ -72,7 +79,7 @@ class FourBarMotion(Family):
     too_many = "five poses leave four dyads and no choice"
     unknowns = "pivots of a dyad: z, zc, G, Gc"
     roots = "4 dyads; 60, 402, 2224, 8652 pairs with points"
-    free = (*_PIVOTS, *_LENGTHS)
+    free = (*_PIVOTS, *_LENGTHS, *_TOLERANCES)
     inputs = INPUTS
 
     def check(self, task: Task) -> None:
@@ -83,14 +90,22 @@ class FourBarMotion(Family):
         poses = Poses.of(task.poses[BODY])
         if len(poses) == 1:
             raise TaskError(f"{task.where}: poses: one pose alone is no motion; give more poses, or points")
-        _refuse_special_motions(task, poses)
-        if len(poses) == 5 and task.free:
+        refuse_special_motions(task, poses)
+        check_tolerances(task, len(poses), _TOLERANCES)
+        chosen = [name for name in task.free if name not in {item.name for item in _TOLERANCES}]
+        if len(poses) == 5:
+            refuse_whole_families(task, poses)
+        if len(poses) == 5 and chosen:
             raise TaskError(
-                f"{task.where}: free.{next(iter(task.free))}: five poses determine every pivot; leave it out, "
+                f"{task.where}: free.{chosen[0]}: five poses determine every pivot; leave it out, "
                 f"or leave out a pose"
             )
         for number in (1, 2):
-            _check_regions(task, number)
+            if all(region_of(task, f"{pivot}{number}").point is not None for pivot in "OA"):
+                raise TaskError(
+                    f"{task.where}: free.A{number}: either pivot of a dyad determines what the other can be; "
+                    f"give one as a point and the other, if at all, as a range"
+                )
 
     def system(self, task: Task) -> Problem | None:
         """The conditions of five poses on a dyad; None for fewer poses, which leave a choice."""
@@ -148,7 +163,24 @@ def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]
             dyads.append(dyad)
     if len(dyads) == 1:
         yield Candidate(dyads[0].root, reasons=("degenerate",), note="the only real dyad has no partner")
+    if len(solutions.singular):
+        count = int(solutions.singular.multiplicity.sum())
+        words = f"{count} paths end where dyads are double or fill a whole curve"
+        yield Candidate(None, reasons=("degenerate",), note=words)
     yield from pair_candidates(poses, dyads, task.title, task.length_unit)
+    if (zones := tolerances(task)) is not None:
+        trials = int(task.solve.get("samples", TRIALS))
+        yield from tolerance_candidates(
+            poses, zones, task.seed, task.constraints, task.title, task.length_unit, trials
+        )
+
+
+def tolerances(task: Task) -> Tolerances | None:
+    """The tolerances of a task; None when every pose is to be met exactly."""
+    if not any(item.name in task.free for item in _TOLERANCES):
+        return None
+    zero = (0.0,) * len(task.poses[BODY])
+    return Tolerances(*(np.array(task.free.get(item.name, zero), dtype=float) for item in _TOLERANCES))
 
 
 def pools(task: Task) -> tuple[DyadPool, DyadPool]:
@@ -184,30 +216,3 @@ def _of_curve(curve: CircleCurve, fixed: Region, moving: Region) -> DyadPool:
             g, z = curve.dyads(circuit, phi)
             return DyadPool.of(g, z, distance_from_pick=np.array([distance]))
     return curve_pool(curve, STATIONS, fixed, moving)
-
-
-def _check_regions(task: Task, number: int) -> None:
-    """Refuse what over-determines a dyad."""
-    fixed, moving = region_of(task, f"O{number}"), region_of(task, f"A{number}")
-    if fixed.point is not None and moving.point is not None:
-        raise TaskError(
-            f"{task.where}: free.A{number}: either pivot of a dyad determines what the other can be; give one "
-            f"as a point and the other, if at all, as a range"
-        )
-
-
-def _refuse_special_motions(task: Task, poses: Poses) -> None:
-    """Translations and pure rotations have whole families of dyads, or none; say what carries them instead."""
-    if len(poses) < 3:
-        return
-    if poses.parallel:
-        raise TaskError(
-            f"{task.where}: poses: the body never turns; two crossed slides carry it, and no dyad of two pins "
-            f"does unless all positions lie on one circle; turn it in one of its poses"
-        )
-    pole = common_pole(poses)
-    if pole is not None:
-        raise TaskError(
-            f"{task.where}: poses: the body only turns about the point ({pole.real:g}, {pole.imag:g}); pin it "
-            f"there, no linkage is needed"
-        )
