@@ -87,6 +87,10 @@ class Near:
     coupler: NDArray[np.float64]
     errors: NDArray[np.float64]
 
+    def parameters(self) -> dict[str, float]:
+        """By the paper's names."""
+        return Placed(self.root, self.trammel, self.disk).parameters()
+
     @property
     def worst(self) -> float:
         """Largest orientation error, radians."""

@@ -88,10 +88,9 @@ def _near_candidate(task: Task, near: Near, answer: EightPoses) -> Candidate:
     """A trammel that carries P to all eight positions."""
     size_of_error = near.worst
     tolerance = float(task.free.get("max_angle_error", TOLERANCE))
-    found = Placed(near.root, near.trammel, near.disk)
     return Candidate(
         None if near.root < 0 else near.root,
-        found.parameters(),
+        near.parameters(),
         trammel_linkage(near.trammel, task.poses[BODY][0].point, task.title, task.length_unit),
         trammel_poses(near.disk, near.coupler),
         reasons=() if size_of_error <= tolerance else ("inexact",),
