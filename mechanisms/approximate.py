@@ -222,7 +222,7 @@ def minimax_fit(
         if step is None or merit - foretold <= 1e-13 * max(merit, 1e-300):
             converged = step is not None
             break
-        trial, ratio = x + step, -1.0
+        trial, new_r, new_c, new, ratio = x + step, r, c, merit, -1.0
         for correction in (False, True):
             if correction:
                 # Curved constraints turn even good steps down; the same program with the curvature just seen.
