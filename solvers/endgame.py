@@ -13,6 +13,7 @@ Nothing is decided on one radius: two in a row must agree on m and on the limit.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,11 +29,11 @@ REGULAR, SINGULAR, INFINITE, FAILED = range(4)
 NAMES = ("finite", "singular", "at infinity", "failed")
 
 #: The first radius: beyond it, a path that has not arrived is looked at.
-FIRST_RADIUS = 0.1
+FIRST_RADIUS = 0.01
 #: Ratio of successive radii. Small enough that the error r^8 falls by a million between them.
 SHRINK = 0.2
-#: Radii tried before a path is given up: 0.1·0.2^17 = 1e-13, the last that double precision resolves.
-RADII = 18
+#: Radii tried before a path is given up: 0.01·0.2^16 = 7e-14, the last that double precision resolves.
+RADII = 17
 #: Corners of the loop.
 CORNERS = 8
 #: Winding numbers looked for.
@@ -54,6 +55,10 @@ STILL = 0.01
 #: A root whose scaled condition number is below this is regular. Above, a path on its way to a multiple root may
 #: be taken for one that has arrived: double-double decides.
 TRUSTED = 1e6
+#: Unknowns smaller than this part of the typical size are measured beside it: paths can end at 0.
+ORIGIN = 1e-8
+#: A Newton step below this is the last one needed.
+CONFIRMED = 1e-9
 #: A root whose Jacobian has a scaled condition number above this is no regular root.
 SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
@@ -158,7 +163,7 @@ class _Walk:
 
     def __init__(self, engine, equations, target, direction, settings, ends: Ends) -> None:
         self.engine, self.equations, self.settings, self.ends = engine, equations, settings, ends
-        self.program = engine.program
+        self.program, self.typical = engine.program, engine.size
         self.target, self.direction = target, direction
         count, size = ends.x.shape
         self.exponents = np.full((count, size), np.nan)
@@ -207,7 +212,7 @@ class _Walk:
 
     def _jump(self, rows: np.ndarray, points: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Go to r = 0 along the tangent where that is a short way and Newton's method confirms it strongly."""
-        weights = relative_weights(points)
+        weights = relative_weights(points, self.typical)
         with np.errstate(all="ignore"):
             way = (np.abs(slope) / weights).max(axis=1)
         near = np.flatnonzero(way < SHORT_WAY)
@@ -215,23 +220,20 @@ class _Walk:
         if not near.size:
             return jumped
         x = points[near] - slope[near]
-        sizes = []
+        sizes, noise = [], np.zeros(len(near))
         for _ in range(2):
-            step = newton_step(self.program, x, self.target)
-            sizes.append((np.abs(step) / weights[near]).max(axis=1))
+            step, size, condition = newton_step(self.program, x, self.target, self.typical)
+            sizes.append(size)
+            noise = ROUNDING * condition
             x = x - step
-        noise = ROUNDING * scaled_condition(self.program, x, self.target)
         good = (sizes[0] < STRONG * way[near] + noise) & (sizes[1] < STRONG * sizes[0] + noise)
         good[good] = self._regular(rows[near[good]], x[good])
         jumped[near[good]] = True
         return jumped
 
     def _regular(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
-        polished, condition = newton(self.program, points, self.target)
-        last = newton_step(self.program, polished, self.target)
-        with np.errstate(all="ignore"):
-            size = (np.abs(last) / relative_weights(polished)).max(axis=1)
-        good = (condition < TRUSTED) & (size < 10 * ROUNDING * condition)
+        polished, size, condition = newton(self.program, points, self.target, self.typical)
+        good = (condition < TRUSTED) & (size < CONFIRMED)
         self.ends.x[rows[good]] = polished[good]
         self.ends.condition[rows[good]] = condition[good]
         self.ends.kind[rows[good]] = REGULAR
@@ -286,8 +288,8 @@ class _Walk:
         distance of a pair shows: a pair a distance d apart leaves d²/4.
         """
         F, J = evaluate(self.program, x, self.target)
-        size = magnitudes(self.program, x, self.target)
-        left, values, _ = np.linalg.svd(J * relative_weights(x)[:, None, :] / size[:, :, None])
+        size = magnitudes(self.program, x, self.target, self.typical)
+        left, values, _ = np.linalg.svd(J * relative_weights(x, self.typical)[:, None, :] / size[:, :, None])
         with np.errstate(all="ignore"):
             self.ends.condition[rows] = condition = values[:, 0] / values[:, -1]
         residual = F / size
@@ -306,7 +308,7 @@ class _Walk:
         start = DoubleDouble(x, np.zeros_like(x))
         refined, errors = newton_double_double(self.equations, self.program, start, target)
         way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
-        condition = scaled_condition(self.program, refined.hi, self.target)
+        _, _, condition = newton_step(self.program, refined.hi, self.target, self.typical)
         simple = (errors < QUADRATIC) & (way < AGREE) & (condition < HOPELESS)
         self.ends.condition[rows[simple]] = condition[simple]
         self.ends.x[rows[simple]] = refined.hi[simple]
@@ -375,48 +377,70 @@ def _homogeneous(x: np.ndarray) -> np.ndarray:
     return np.concatenate([x, np.ones((len(x), 1))], axis=1)
 
 
-def newton_step(program: Program, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    """J⁻¹F at each point, shape (n, unknowns); infinite where J is singular."""
+def newton_step(
+    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """One Newton step at each point.
+
+    Returns
+    -------
+    step : ndarray, shape (n, unknowns)
+        J⁻¹F; infinite where J is singular.
+    size : ndarray, shape (n,)
+        Of the step, each unknown in its own size.
+    condition : ndarray, shape (n,)
+        Estimate of the scaled condition number, from the solution for one random right-hand side: seldom more than
+        a few times too small, for the price of nothing.
+    """
     with np.errstate(all="ignore"):
         F, J = evaluate(program, points, parameters)
-    scale = 1 / np.maximum(np.abs(J).max(axis=2, keepdims=True), 1e-300)
-    finite = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
-    step = np.full(F.shape, np.inf, np.complex128)
+        weights, rows = relative_weights(points, typical), magnitudes(program, points, parameters, typical)
+        scaled = J * weights[:, None, :] / rows[:, :, None]
+        phases = np.exp(2j * np.pi * np.random.default_rng(1).random(F.shape[1]))
+        right = np.stack([F / rows, np.broadcast_to(phases, F.shape)], axis=2)
+    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    solved = np.full(right.shape, np.inf, np.complex128)
     with np.errstate(all="ignore"):
         try:
-            step[finite] = np.linalg.solve((J * scale)[finite], (F[:, :, None] * scale)[finite])[:, :, 0]
+            solved[finite] = np.linalg.solve(scaled[finite], right[finite])
         except np.linalg.LinAlgError:
             for k in np.flatnonzero(finite):
-                try:
-                    step[k] = np.linalg.solve(J[k] * scale[k], F[k] * scale[k, :, 0])
-                except np.linalg.LinAlgError:
-                    continue
-    return step
+                with contextlib.suppress(np.linalg.LinAlgError):
+                    solved[k] = np.linalg.solve(scaled[k], right[k])
+        norm = np.abs(scaled).sum(axis=2).max(axis=1)
+        condition = norm * np.abs(solved[:, :, 1]).max(axis=1)
+        step = solved[:, :, 0]
+        return step * weights, np.abs(step).max(axis=1), np.where(np.isfinite(condition), condition, np.inf)
 
 
 def newton(
-    program: Program, points: np.ndarray, parameters: np.ndarray, steps: int = 3
-) -> tuple[np.ndarray, np.ndarray]:
-    """A few Newton steps in double precision, and the scaled condition number at the result.
+    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float = 0.0, steps: int = 4
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A few Newton steps in double precision: points, size of the last step, scaled condition number.
 
-    A step that would leave the neighbourhood (a thousandth of the point) is not taken.
+    A step that would leave the neighbourhood (a thousandth of the point) is not taken. A step below `CONFIRMED` is
+    the last: the next would be its square, or rounding noise.
     """
     x = np.array(points)
+    size, condition = np.full(len(x), np.inf), np.full(len(x), np.inf)
+    active = np.arange(len(x))
     for _ in range(steps):
-        step = newton_step(program, x, parameters)
-        size = np.maximum(np.abs(x).max(axis=1, keepdims=True), 1e-300)
-        small = np.abs(step).max(axis=1, keepdims=True) < 1e-3 * size
-        x = x - np.where(small, step, 0)
-    return x, scaled_condition(program, x, parameters)
+        step, size[active], condition[active] = newton_step(program, x[active], parameters, typical)
+        near = size[active] < 1e-3
+        x[active[near]] -= step[near]
+        active = active[near & (size[active] > CONFIRMED)]
+        if not active.size:
+            break
+    return x, size, condition
 
 
-def relative_weights(x: np.ndarray) -> np.ndarray:
-    """Typical sizes of the unknowns at points: their moduli, or a small part of the largest one."""
+def relative_weights(x: np.ndarray, typical: float = 0.0) -> np.ndarray:
+    """Sizes of the unknowns at points: their moduli, or a small part of the largest one or of the typical size."""
     size = np.abs(x)
-    return np.maximum(size, np.maximum(1e-4 * size.max(axis=1, keepdims=True), 1e-300))
+    return np.maximum(size, np.maximum(1e-4 * size.max(axis=1, keepdims=True), max(ORIGIN * typical, 1e-300)))
 
 
-def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray, typical: float = 0.0) -> np.ndarray:
     """Sizes of the terms of each equation before they cancel, shape (n, equations).
 
     An unknown that vanishes counts with its relative weight, so that no size is zero by accident. The program is
@@ -424,7 +448,7 @@ def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.nd
     multiple of the rounding unit times this; unlike the largest entry of its gradient it does not vanish at a
     singular root.
     """
-    point, values = list(relative_weights(x).T), list(np.abs(parameters))
+    point, values = list(relative_weights(x, typical).T), list(np.abs(parameters))
     slots = [*point, *values, *[0.0] * len(values), *np.abs(program.constant_values)]
     for op, a, b, c in program.code.tolist():
         if op in (ADD, SUB):
@@ -439,17 +463,3 @@ def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.nd
             slots.append(slots[a] * slots[b] + slots[c])
     columns = [np.broadcast_to(slots[k], len(x)) for k in program.outputs["F"].tolist()]
     return np.maximum(np.array(columns).T, 1e-300)
-
-
-def scaled_condition(program: Program, x: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    """Condition numbers of the Jacobian, with unknowns and equations measured in their own sizes, shape (n,)."""
-    with np.errstate(all="ignore"):
-        J = evaluate(program, x, parameters)[1]
-        scaled = J * relative_weights(x)[:, None, :] / magnitudes(program, x, parameters)[:, :, None]
-    result = np.full(len(J), np.inf)
-    finite = np.isfinite(scaled).all(axis=(1, 2))
-    if finite.any():
-        values = np.linalg.svd(scaled[finite], compute_uv=False)
-        with np.errstate(all="ignore"):
-            result[finite] = values[:, 0] / values[:, -1]
-    return result

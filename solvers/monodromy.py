@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from solvers import parallel
-from solvers.endgame import newton, scaled_condition
+from solvers.endgame import newton
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.kernel.reference import REACHED, Settings
@@ -98,7 +98,7 @@ class _Search:
         self.tracked += len(points)
         self.lost += len(points) - len(ends)
         if self.group is not None:
-            ends = self.group.representatives(ends)
+            ends = self.group.representatives(ends, b.parameters)
         known = b.roots.find(ends)
         recaptured = len(np.unique(known[known >= 0]))
         b.roots.add(ends)
@@ -158,7 +158,8 @@ def monodromy(
         With parameters.
     seed : int
     symmetry : sequence of functions
-        Each maps points (n, unknowns) to points (n, unknowns), solutions to solutions of the same parameters.
+        Each maps points (n, unknowns), or points and their parameters, to points (n, unknowns): solutions to
+        solutions of the same parameters, which are given as an array of the shape (m,) or (n, m).
         One root of each orbit is carried; the result holds all members.
     start : (point, parameters), optional
         A root to begin with; by default one is made from a random point, by solving for the parameters.
@@ -189,10 +190,10 @@ def monodromy(
     rng = np.random.default_rng([seed, 11])
     engine, nodes, typical = _prepare(system, start, rng)
     probe = nodes[0].roots.points[:1]
-    group = Group(symmetry, probe) if symmetry else None
+    group = Group(symmetry, probe, nodes[0].parameters) if symmetry else None
     if group is not None:
         first = PointSet(columns)
-        first.add(group.representatives(nodes[0].roots.points))
+        first.add(group.representatives(probe, nodes[0].parameters))
         nodes[0].roots = first
     search = _Search(engine, nodes, group, rng, jobs, backend, typical)
     wanted = None if count is None else -(-count // (group.order if group else 1))
@@ -267,11 +268,8 @@ def _result(
     notes = [repr(leg) for leg in search.history]
     if group is not None:
         order = group.order
-        images = group.orbits(representatives)
-        everything = PointSet(points.shape[1])
-        everything.add(images.transpose(1, 0, 2).reshape(-1, points.shape[1]))
-        points = everything.points
-        orbit = node.roots.find(group.representatives(points))
+        points = group.members(representatives, node.parameters)
+        orbit = node.roots.find(group.representatives(points, node.parameters))
         if len(points) != order * len(representatives):
             notes.append(f"{order * len(representatives) - len(points)} members missing: some orbits are not full")
     legs = len(search.history)
@@ -340,7 +338,7 @@ def _given(system: System, start: tuple[Any, Any]) -> tuple[np.ndarray, np.ndarr
     values = system.values_of(start[1])
     if point.shape[1] != len(system.unknowns):
         raise InvalidSystem(f"the start point has {point.shape[1]} coordinates, not {len(system.unknowns)}")
-    refined, _ = newton(system.jacobian_program, point, values)
+    refined, _, _ = newton(system.jacobian_program, point, values)
     return refined, values
 
 
@@ -383,8 +381,9 @@ def random_root(system: System, rng: np.random.Generator) -> tuple[np.ndarray, n
             continue
         if not np.isfinite(z).all():
             continue
-        point, values = newton(system.jacobian_program, z[None, :n], z[n:])[0], z[n:]
-        condition = float(scaled_condition(system.jacobian_program, point, values)[0])
+        values = z[n:]
+        point, _, conditions = newton(system.jacobian_program, z[None, :n], values)
+        condition = float(conditions[0])
         residual = np.abs(system.evaluate(point, values)[0]).max()
         if residual < 1e-8 and (best is None or condition < best[0]):
             best = condition, np.concatenate([point[0], values])

@@ -15,10 +15,10 @@ import numpy as np
 
 BACKENDS = ("processes", "threads", "dask", "ray")
 #: Paths in a chunk: enough to fill the lanes many times over, few enough that progress is seen.
-LARGEST_CHUNK = 2048
-SMALLEST_CHUNK = 64
-#: Aim at this many chunks, so that two or twenty workers finish together.
-CHUNKS = 24
+LARGEST_CHUNK = 4096
+SMALLEST_CHUNK = 256
+#: Aim at this many chunks, so that two or four workers finish together and progress is seen.
+CHUNKS = 8
 
 
 class BackendError(ValueError):
@@ -28,8 +28,8 @@ class BackendError(ValueError):
 def cut(count: int) -> list[np.ndarray]:
     """The numbers 0 … count-1 in chunks.
 
-    >>> [len(chunk) for chunk in cut(150)]
-    [64, 64, 22]
+    >>> [len(chunk) for chunk in cut(600)]
+    [256, 256, 88]
     """
     size = int(np.clip(-(-count // CHUNKS), SMALLEST_CHUNK, LARGEST_CHUNK))
     return [np.arange(k, min(k + size, count)) for k in range(0, count, size)]

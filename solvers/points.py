@@ -7,6 +7,7 @@ A comparison of n points with N known ones costs (n + N) log N.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from inspect import signature
 
 import numpy as np
 
@@ -14,7 +15,8 @@ import numpy as np
 #: condition number; distinct roots of the largest systems met were 1e-5 apart.
 SAME = 1e-7
 
-Symmetry = Callable[[np.ndarray], np.ndarray]
+#: Maps points (n, k), or points and their parameters (m,) or (n, m), to points (n, k).
+Symmetry = Callable[..., np.ndarray]
 
 
 class PointSet:
@@ -97,15 +99,25 @@ def first_of_equals(points: np.ndarray, tolerance: float, functional: np.ndarray
     return first
 
 
+def _with_parameters(symmetry: Symmetry) -> Symmetry:
+    """A symmetry as a function of points and parameters, whether it looks at the latter or not."""
+    if len(signature(symmetry).parameters) >= 2:
+        return symmetry
+    return lambda points, parameters: symmetry(points)
+
+
 class Group:
     """A finite group that acts on the roots, from generators given as functions on arrays of points.
 
     Parameters
     ----------
     generators : sequence of functions
-        Each maps points (n, k) to points (n, k), and solutions to solutions at the same parameters.
+        Each maps points (n, k), or points and parameters, to points (n, k): solutions to solutions at the same
+        parameters.
     probe : ndarray, shape (1, k)
         A generic solution; its orbit tells the order of the group.
+    parameters : ndarray, shape (m,)
+        Where it is a solution.
 
     Raises
     ------
@@ -116,8 +128,10 @@ class Group:
     #: Larger groups are not met in kinematics, and would make every comparison slow.
     LARGEST = 1000
 
-    def __init__(self, generators: Sequence[Symmetry], probe: np.ndarray, tolerance: float = SAME) -> None:
-        self.generators = tuple(generators)
+    def __init__(
+        self, generators: Sequence[Symmetry], probe: np.ndarray, parameters: np.ndarray, tolerance: float = SAME
+    ) -> None:
+        self.generators = tuple(_with_parameters(generator) for generator in generators)
         self.words: list[tuple[int, ...]] = [()]
         orbit = PointSet(probe.shape[1], tolerance)
         orbit.add(probe)
@@ -125,7 +139,7 @@ class Group:
         while waiting:
             word, point = waiting.pop(0)
             for k, generator in enumerate(self.generators):
-                image = generator(point)
+                image = generator(point, parameters)
                 if not np.isfinite(image).all():
                     raise ValueError(f"symmetry number {k} is not finite at a solution")
                 if orbit.find(image)[0] < 0:
@@ -142,19 +156,25 @@ class Group:
         """Number of elements."""
         return len(self.words)
 
-    def orbits(self, points: np.ndarray) -> np.ndarray:
-        """All images, shape (order, n, k)."""
+    def orbits(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """All images of solutions at `parameters`, shape (order, n, k)."""
         images: dict[tuple[int, ...], np.ndarray] = {(): points}
         with np.errstate(all="ignore"):
             for word in self.words[1:]:
-                images[word] = self.generators[word[-1]](images[word[:-1]])
+                images[word] = self.generators[word[-1]](images[word[:-1]], parameters)
         return np.array([images[word] for word in self.words])
 
-    def representatives(self, points: np.ndarray) -> np.ndarray:
+    def members(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """All distinct members of the orbits of solutions, orbit by orbit, shape (N, k)."""
+        everything = PointSet(points.shape[1])
+        everything.add(self.orbits(points, parameters).transpose(1, 0, 2).reshape(-1, points.shape[1]))
+        return everything.points
+
+    def representatives(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """One member of each point's orbit, always the same one, shape (n, k)."""
         if self.order == 1 or not len(points):
             return points
-        images = self.orbits(points)
+        images = self.orbits(points, parameters)
         keys = (images @ self._functional).real
         keys[~np.isfinite(images).all(axis=2)] = np.inf
         return images[np.argmin(keys, axis=0), np.arange(len(points))]

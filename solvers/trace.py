@@ -86,18 +86,15 @@ def trace_test(
     from solvers.monodromy import _Node, _Search
 
     if group is not None and invariant is None:
-        everything = PointSet(roots.shape[1])
-        everything.add(group.orbits(roots).transpose(1, 0, 2).reshape(-1, roots.shape[1]))
-        roots, group = everything.points, None
+        roots, group = group.members(roots, parameters), None
     rng = np.random.default_rng([seed, 17])
     curve = _Curve(system, parameters, roots, invariant, rng)
     if group is not None:
-        lifted = [_lift(generator, roots.shape[1]) for generator in group.generators]
-        group = Group(lifted, curve.start[:1])
+        group = Group([curve.lift(generator) for generator in group.generators], curve.start[:1], curve.origin)
     first = curve.move(curve.start, curve.origin, curve.base)
     columns = roots.shape[1] + 1
     nodes = [_Node(place, PointSet(columns)) for place in (curve.base, curve.slice(1.0))]
-    nodes[0].roots.add(first if group is None else group.representatives(first))
+    nodes[0].roots.add(first if group is None else group.representatives(first, curve.base))
     typical = float(np.abs(curve.start).max())
     search = _Search(curve.engine, nodes, group, rng, jobs, "threads", typical)
     quiet = failures = 0
@@ -120,10 +117,6 @@ def trace_test(
     return Trace(bool(residual < PASS), float(residual), len(nodes[0].roots), search.tracked)
 
 
-def _lift(generator: Any, n: int) -> Any:
-    return lambda points: np.concatenate([generator(points[:, :n]), points[:, n:]], axis=1)
-
-
 class _Curve:
     """The curve over a line of parameters, cut by hyperbolas: unknowns (x, t), parameters (τ, c, s)."""
 
@@ -136,6 +129,7 @@ class _Curve:
         direction = np.zeros(m, np.complex128)
         size = max(float(np.abs(parameters).max()), 1e-300)
         direction[rng.integers(m)] = size * np.exp(2j * np.pi * rng.random())
+        self.parameters, self.direction = parameters, direction
         values = []
         for p, v in zip(parameters.tolist(), direction.tolist()):
             node = builder.constant(p)
@@ -157,6 +151,16 @@ class _Curve:
         self.origin = np.array([0.0, self.slice(0.5)[1], 0.0], np.complex128)
         self.step = 0.3 * self.slice(0.5)[2]
         self.engine: Engine = engine_of(parameter_homotopy(program, self.origin, self.base, self.start))
+
+    def lift(self, symmetry: Any) -> Any:
+        """A symmetry of the roots as one of the points (x, t)."""
+        n = self.start.shape[1] - 1
+
+        def lifted(points: np.ndarray, slices: np.ndarray) -> np.ndarray:
+            own = self.parameters + points[:, n:] * self.direction
+            return np.concatenate([symmetry(points[:, :n], own), points[:, n:]], axis=1)
+
+        return lifted
 
     def slice(self, scale: float) -> np.ndarray:
         """A random hyperbola (τ, c, s), of a size in proportion to the curve's."""

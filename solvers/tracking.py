@@ -155,7 +155,7 @@ class _Options:
 
     def __init__(self, engine: Engine, options: dict[str, Any]) -> None:
         self._engine, self._options = engine, options
-        self.program = engine.program
+        self.program, self.size = engine.program, engine.size
 
     def track(self, *arguments: Any, **keywords: Any) -> Any:
         return self._engine.track(*arguments, **{**keywords, **self._options})

@@ -251,7 +251,7 @@ def cognate(points: NDArray[Any], parameters: NDArray[Any]) -> NDArray[Any]:
     Parameters
     ----------
     points : (n, 24) complex array
-    parameters : (16,) complex array
+    parameters : (16,) or (n, 16) complex array
         δ_i, δ̄_i.
 
     Returns
@@ -266,7 +266,7 @@ def cognate(points: NDArray[Any], parameters: NDArray[Any]) -> NDArray[Any]:
         b2, b2c = a - kappa * (a - b), ac - kappa_c * (ac - bc)
         design = [a, ac, -(a + z), -(ac + zc), b2, b2c, -b2 + kappa * (w + b), -b2c + kappa_c * (wc + bc)]
         t, tc = points[:, 8::2], points[:, 9::2]
-        crank = (a[:, None] + parameters[0::2] + z[:, None] * t) / (a + z)[:, None]
-        crank_c = (ac[:, None] + parameters[1::2] + zc[:, None] * tc) / (ac + zc)[:, None]
+        crank = (a[:, None] + parameters[..., 0::2] + z[:, None] * t) / (a + z)[:, None]
+        crank_c = (ac[:, None] + parameters[..., 1::2] + zc[:, None] * tc) / (ac + zc)[:, None]
     turns = np.stack([crank, crank_c], axis=2).reshape(len(points), -1)
     return np.concatenate([np.stack(design, axis=1), turns], axis=1)

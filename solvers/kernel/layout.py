@@ -20,7 +20,6 @@ class Layout(NamedTuple):
     v: int  # 2m their velocities
     dx: int  # 2n Newton step
     dr: int  # 2n tangent
-    trial: int  # 2n as predicted
     accepted: int  # 2n
     tangent: int  # 2n
     before: int  # 2n
@@ -45,7 +44,7 @@ def layout(unknowns: int, parameters: int) -> Layout:
     8
     """
     n, m = unknowns, parameters
-    sizes = [2 * n, 2 * m, 2 * m] + [2 * n] * 7 + [n, 2 * m, 2 * m, SCALARS]
+    sizes = [2 * n, 2 * m, 2 * m] + [2 * n] * 6 + [n, 2 * m, 2 * m, SCALARS]
     return Layout(*np.concatenate([[0], np.cumsum(sizes)]).tolist())
 
 

@@ -212,7 +212,6 @@ class _Lanes:
         if self.toric:
             self.near = TORIC_PART / np.maximum(np.abs(self.direction.real).max(axis=0), 1e-300)
         self.x = np.array(x.T, np.complex128)  # trial point
-        self.trial = np.array(x.T, np.complex128)  # as predicted, for the error of the prediction
         self.r = np.full(count, float(start))
         self.h = np.zeros(count)
         self.accepted = np.array(x.T, np.complex128)
@@ -317,7 +316,7 @@ class _Lanes:
         s = self.settings
         started = good & (self.steps > 0)
         with np.errstate(all="ignore"):
-            error = np.max(np.abs(self.trial - self.x) / self.weights, axis=0)
+            error = self.first  # the first Newton step, but for a few per cent
             h, before = self.h, self.h_before
             cubic = before > 0
             order = np.where(cubic, h**2 * (h + before) ** 2, h**2)
@@ -381,7 +380,6 @@ class _Lanes:
             c3 = slope + slope_before - 2 * delta
             hermite = self.accepted + u * (slope + u * (c2 + u * c3))
             trial = np.where(H > 0, hermite, euler)
-        self.trial[:, where] = trial[:, where]
         self.x[:, where] = trial[:, where]
         place = np.where(h == to_stop, self.stop, self.r_accepted - h)
         self.r = np.where(where, np.where(h == left, self.end, place), self.r)

@@ -75,8 +75,8 @@ class Control(NamedTuple):
 def decide(lanes, work, at, n, control):
     """What every lane makes of a tick; returns masks of the lanes that have ended, and how."""
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    # The Newton step, its size, and how far the prediction was off.
-    largest, total, off = zero, zero, zero
+    # The Newton step and its size.
+    largest, total = zero, zero
     for k in range(n):
         row = 2 * k
         weight = load(lanes, work, at.weight + k)
@@ -88,9 +88,6 @@ def decide(lanes, work, at, n, control):
         xi = load(lanes, work, at.x + row + 1) - di
         store(work, at.x + row, xr)
         store(work, at.x + row + 1, xi)
-        er = load(lanes, work, at.trial + row) - xr
-        ei = load(lanes, work, at.trial + row + 1) - xi
-        off = maximum(off, fma(er, er, ei * ei) * weight)
     step = sqrt(largest)
     finite = total < splat(lanes, 1e290)
 
@@ -138,7 +135,8 @@ def decide(lanes, work, at, n, control):
     store(work, lane + TICKS, count)
 
     decided = good | bad
-    store(work, lane + FIRST, select(corrected, first, step))
+    first = select(corrected, first, step)
+    store(work, lane + FIRST, first)
     store(work, lane + LAST, select(decided, splat(lanes, 1e300), step))
     store(work, lane + ITERATION, select(decided, zero, iteration + one))
     exhausted = (count >= splat(lanes, control.ticks)) & alive
@@ -153,7 +151,7 @@ def decide(lanes, work, at, n, control):
     r_accepted = load(lanes, work, lane + R_ACCEPTED)
     rejected = load(lanes, work, lane + REJECTED) > zero
     cubic = h_before > zero
-    error = maximum(sqrt(off), splat(lanes, 1e-14))
+    error = maximum(first, splat(lanes, 1e-14))
     reach = sqrt(splat(lanes, control.budget) / (maximum(omega, floor_of_omega) * error)) * h
     reach = reach * select(cubic, h + h_before, one)
     hermite = (sqrt(fma(h, h, splat(lanes, 4.0) * reach)) - h) * splat(lanes, 0.5 / control.safety)
@@ -197,34 +195,35 @@ def decide(lanes, work, at, n, control):
     span = select(cubic, h_before, zero)
     u = select(cubic, h / select(cubic, h_before, one), zero)
     size = zero
-    for k in range(2 * n):
-        x = load(lanes, work, at.x + k)
-        accepted = load(lanes, work, at.accepted + k)
-        slope = load(lanes, work, at.tangent + k)
-        before = select(good, accepted, load(lanes, work, at.before + k))
-        slope_before = select(good, slope, load(lanes, work, at.tangent_before + k))
-        accepted = select(taken, x, accepted)
-        slope = select(taken, load(lanes, work, at.dr + k), slope)
-        store(work, at.before + k, before)
-        store(work, at.tangent_before + k, slope_before)
-        store(work, at.accepted + k, accepted)
-        store(work, at.tangent + k, slope)
-        size = maximum(size, accepted * accepted)
-        # Hermite: with two points behind, accepted + u(s + u(c2 + u c3)), slopes by -r over the last step
-        s, s_before = slope * span, slope_before * span
-        delta = accepted - before
-        c3 = negative(s + s_before + delta + delta)
-        c2 = c3 - s - delta
-        trial = fma(u, fma(u, fma(u, c3, c2), negative(s)), accepted)
-        trial = select(cubic, trial, accepted - h * slope)
-        x = select(decided, trial, x)
-        store(work, at.x + k, x)
-        store(work, at.trial + k, select(decided, trial, load(lanes, work, at.trial + k)))
+    for k in range(n):
+        modulus = zero
+        for row in (2 * k, 2 * k + 1):
+            x = load(lanes, work, at.x + row)
+            accepted = load(lanes, work, at.accepted + row)
+            slope = load(lanes, work, at.tangent + row)
+            before = select(good, accepted, load(lanes, work, at.before + row))
+            slope_before = select(good, slope, load(lanes, work, at.tangent_before + row))
+            accepted = select(taken, x, accepted)
+            slope = select(taken, load(lanes, work, at.dr + row), slope)
+            store(work, at.before + row, before)
+            store(work, at.tangent_before + row, slope_before)
+            store(work, at.accepted + row, accepted)
+            store(work, at.tangent + row, slope)
+            modulus = fma(accepted, accepted, modulus)
+            # Hermite: with two points behind, accepted + u(s + u(c2 + u c3)), slopes by -r over the last step
+            s, s_before = slope * span, slope_before * span
+            delta = accepted - before
+            c3 = negative(s + s_before + delta + delta)
+            c2 = c3 - s - delta
+            trial = fma(u, fma(u, fma(u, c3, c2), negative(s)), accepted)
+            trial = select(cubic, trial, accepted - h * slope)
+            store(work, at.x + row, select(decided, trial, x))
+        size = maximum(size, modulus)
+        store(work, at.weight + k, modulus)
     least = maximum(minimum(size, splat(lanes, control.size)) * splat(lanes, 1e-8), splat(lanes, 1e-60))
     for k in range(n):
-        re = load(lanes, work, at.accepted + 2 * k)
-        im = load(lanes, work, at.accepted + 2 * k + 1)
-        store(work, at.weight + k, rough_reciprocal(maximum(fma(re, re, im * im), least)))
+        modulus = load(lanes, work, at.weight + k)
+        store(work, at.weight + k, rough_reciprocal(maximum(modulus, least)))
 
     # Who has ended, and how.
     arrived = good & (r_accepted <= end)

@@ -95,7 +95,6 @@ def _fill(width, work, at, n, m, lane, path, kind, control, x0, base, direction)
     for k in range(2 * n):
         value = x0[path, k]
         work[(at.x + k) * width + lane] = value
-        work[(at.trial + k) * width + lane] = value
         work[(at.accepted + k) * width + lane] = value
         work[(at.before + k) * width + lane] = value
         work[(at.tangent + k) * width + lane] = 0.0
