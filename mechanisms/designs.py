@@ -109,17 +109,20 @@ class Design:
 
     @property
     def link_ratio(self) -> float:
-        """Longest over shortest distance between two joints of one link (infinite when two coincide)."""
-        joints = self._joints()
-        lengths = [length for name, length in self.links.items() if set(name.split("-", 1)) <= joints]
+        """Longest over shortest distance between two joints of one link (infinite when two coincide).
+
+        On a link with a single joint the points of interest count as joints: they are its far ends.
+        """
+        lengths = [self.links[pair] for pair in self._spans() if pair in self.links]
         return max(lengths) / min(lengths) if lengths and min(lengths) > 0 else math.inf
 
     @property
     def extent(self) -> float:
-        """Largest distance between two joints in pose 0."""
+        """Largest distance between two joints (or far ends) in pose 0."""
         if self.linkage is None:
             return math.inf
-        places = [self.linkage.points[name] for name in self._joints()]
+        ends = {name for pair in self._spans().values() for name in pair} | self._joints()
+        places = [self.linkage.points[name] for name in ends]
         return max((abs(a - b) for a in places for b in places), default=0.0)
 
     @property
@@ -237,6 +240,15 @@ class Design:
         angle = self.min_transmission_deg
         transmission = "" if angle is None else f", transmission {angle:.1f}°"
         return f"Design({self.id}, {state}{transmission})"
+
+    def _spans(self) -> dict[str, tuple[str, str]]:
+        """The pairs of points between which links have their lengths, by their names in `links`."""
+        joints, spans = self._joints(), {}
+        for points in self.linkage.links.values() if self.linkage is not None else ():
+            own = [point for point in points if point in joints]
+            ends = own if len(own) > 1 else points
+            spans.update({f"{a}-{b}": (a, b) for a, b in itertools.combinations(ends, 2)})
+        return spans
 
     def _joints(self) -> set[str]:
         """The points that are joints, as opposed to points of interest."""

@@ -280,7 +280,10 @@ def _error(value: float | None, unit: float = 1.0) -> str:
 
 
 def _percent(share: float) -> str:
-    return "0" if not share else f"{100 * share:.2g} %" if share >= 1e-5 else f"{100 * share:.0e} %"
+    if not share:
+        return "0"
+    percent = 100 * share
+    return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %" if percent >= 1e-3 else f"{percent:.0e} %"
 
 
 def _long(value: float) -> str:
