@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mechanisms.curve import Circuit
+from mechanisms.curve import ENDS, STILL, Circuit
 from mechanisms.linkage import Input
 
 #: Places nearer than this (in arcs) count as the same place.
@@ -64,6 +64,11 @@ class Branches:
     def endless(self) -> bool:
         """True for a closed circuit without dead centre: the input may turn on and on."""
         return self.circuit.closed and not len(self.cuts)
+
+    @property
+    def still(self) -> bool:
+        """True if the input stands still on the whole circuit (as the crank of a kite that is folded on it)."""
+        return bool(np.median(np.abs(self.circuit.tangent @ self.gradient)) < STILL)
 
     def index(self, place: float) -> int:
         """Return the number of the branch that holds a place."""
@@ -164,8 +169,9 @@ class Branches:
         if self.circuit.closed and start < low - SAME_PLACE:
             start, end = start + self.circuit.arcs, end + self.circuit.arcs
         rooms = []
-        for edge, place in ((low, start), (high, end)):
-            if len(self.cuts) and (self.circuit.closed or 0.0 < edge < self.circuit.arcs):
+        for edge, place, name in ((low, start, self.circuit.ends[0]), (high, end, self.circuit.ends[1])):
+            inside = self.circuit.closed or 0.0 < edge < self.circuit.arcs
+            if inside or name == ENDS[2]:  # at a double point every input is dead
                 rooms.append(abs(self.value(edge) - self.value(place)))
         return min(rooms, default=math.inf)
 

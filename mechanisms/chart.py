@@ -16,7 +16,7 @@ from numba import njit
 NEWTON = 8  # iterations; two or three are usual
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def evaluate(a, b, slot, c, gears, x, f, jac):
     """Write the residual and its Jacobian at x into f (m,) and jac (≥ m, n)."""
     loops, rot = a.shape
@@ -53,7 +53,7 @@ def evaluate(a, b, slot, c, gears, x, f, jac):
         f[2 * loops + g] = total_angle - 2 * np.pi * np.round(total_angle / (2 * np.pi))
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def second(a, b, slot, x, v, out):
     """Write f''(x)[v, v] into out (m,)."""
     loops, rot = a.shape
@@ -71,7 +71,7 @@ def second(a, b, slot, x, v, out):
         out[2 * l + 1] = total.imag
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def invert(m, out):
     """Write the inverse of m (destroyed) into out by Gauss–Jordan with row pivoting; false if singular."""
     n = m.shape[0]
@@ -103,7 +103,7 @@ def invert(m, out):
     return True
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def frame(a, b, slot, c, gears, x, t, f, jac, inv):
     """At x, turn t (any vector that is not normal to the curve) into the unit tangent and inv into C.
 
@@ -134,7 +134,7 @@ def frame(a, b, slot, c, gears, x, t, f, jac, inv):
     return True
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def correct(a, b, slot, c, gears, base, t, y, f, jac, inv):
     """Newton for y in [f(base + y); t·y] = 0; return the size of the last correction."""
     n = base.shape[0]

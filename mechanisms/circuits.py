@@ -18,7 +18,8 @@ from mechanisms.assemblies import assemblies
 from mechanisms.branches import Branches
 from mechanisms.closure import Closure
 from mechanisms.critical import DeadCentres, dead_centres
-from mechanisms.curve import Circuit, trace
+from mechanisms.curve import ENDS, Circuit
+from mechanisms.doublepoints import connected, double_point
 from mechanisms.linkage import Input, Linkage
 
 #: Where assemblies are solved: golden parts of a turn, which no symmetric linkage makes special.
@@ -33,8 +34,10 @@ class Motion:
 
     Attributes
     ----------
-    circuits : tuple of Branches
-        One for each circuit.
+    pieces : tuple of Branches
+        Traced pieces of the configuration curve: whole circuits, but for linkages with double points.
+    component : tuple of int
+        For each piece the number of its circuit.
     dead_centres : DeadCentres
         All of them, solved, not traced.
     complete : bool
@@ -43,7 +46,8 @@ class Motion:
         What does not agree, in sentences.
     """
 
-    circuits: tuple[Branches, ...]
+    pieces: tuple[Branches, ...]
+    component: tuple[int, ...]
     dead_centres: DeadCentres
     complete: bool
     doubts: tuple[str, ...]
@@ -51,10 +55,15 @@ class Motion:
     @property
     def branches(self) -> int:
         """Number of branches of all circuits together."""
-        return sum(circuit.count for circuit in self.circuits)
+        return sum(piece.count for piece in self.pieces)
+
+    @property
+    def circuits(self) -> int:
+        """Number of circuits."""
+        return len(set(self.component))
 
     def __repr__(self) -> str:
-        text = f"Motion({len(self.circuits)} circuits, {self.branches} branches"
+        text = f"Motion({self.circuits} circuits, {self.branches} branches"
         return text + (", complete)" if self.complete else f"; {' '.join(self.doubts)})")
 
 
@@ -91,12 +100,15 @@ def all_circuits(linkage: Linkage, driven: Input | str, seed: int = 0) -> Motion
     solved = [assemblies(linkage, driven, value, seed=seed) for value in values]
     # Assemblies first: a trace is best begun away from the critical points.
     circuits: list[Circuit] = []
+    component: list[int] = []
     for x in [x for found in solved[:1] for x in found.x] + list(dead.x[~dead.double]):
         if not any(circuit.locate(x) is not None for circuit in circuits):
-            circuits.append(trace(closure, x))
+            pieces = connected(closure, x)
+            component += [max(component, default=-1) + 1] * len(pieces)
+            circuits += pieces
     cut = tuple(Branches.of(circuit, driven) for circuit in circuits)
     doubts = _doubts(cut, dead, values, [found.x for found in solved])
-    return Motion(cut, dead, not doubts, tuple(doubts))
+    return Motion(cut, tuple(component), dead, not doubts, tuple(doubts))
 
 
 def _values(closure: Closure, driven: Input, dead: DeadCentres) -> list[float]:
@@ -123,8 +135,11 @@ def _doubts(
             doubts.append(f"At the input {value:.6g} {lost} assemblies are on no traced circuit.")
     for branches in cut:
         for end in branches.circuit.ends:
-            if end not in ("closed", "start", "goes to infinity"):
+            if end == ENDS[3]:
                 doubts.append(f"A circuit {end}.")
+        ends = zip((branches.circuit.x[0], branches.circuit.x[-1]), branches.circuit.ends)
+        if any(end == ENDS[2] and double_point(branches.circuit.closure, x) is None for x, end in ends):
+            doubts.append("A trace stopped where no double point could be found.")
     return doubts
 
 

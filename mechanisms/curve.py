@@ -22,6 +22,11 @@ ROOM = 20_000
 #: Relative slack for round-off when asking whether a configuration is in a tube.
 ROUND_OFF = 1e-7
 
+#: A rate below this all along a circuit is zero: the link does not move on it (a kite folded on its crank).
+STILL = 1e-9
+#: Length that an open trace may lose at the end where it is begun again; beyond it waits a double point.
+TAIL = 1e-5
+
 ENDS = ("closed", "goes to infinity", "ends in a double point", "is longer than the room for it")
 
 
@@ -88,6 +93,8 @@ class Circuit:
         float or None
             Arc number plus the fraction of its step; grows along the circuit.
         """
+        if not self.arcs:
+            return None
         gap = wrap(self.closure, x - self.x[:-1])
         along = (gap * self.tangent[:-1]).sum(axis=1)
         off = np.abs(gap - along[:, None] * self.tangent[:-1]).max(axis=1)
@@ -128,6 +135,8 @@ class Circuit:
         """
         chart = _charts()
         rate, slope = self.tangent @ gradient, self.bend @ gradient
+        if np.median(np.abs(rate)) < STILL:  # rounding is larger close to double points
+            return np.array([])
         length = np.linalg.norm(np.diff(self.x, axis=0), axis=1)
         places: list[float] = []
         for arc in np.flatnonzero(_suspicious(rate, slope, length)):
@@ -245,8 +254,8 @@ def _run(result: tuple[Any, ...], closure: Closure) -> Circuit:
 def _joined(back: Circuit, forward: Circuit) -> Circuit:
     """Trace once more, from the far end of the trace the other way, so that all charts look forward."""
     tube = _tubes()
-    # The very last node may be too near a double point for a step away from it.
-    far = max(len(back.x) - 2, 0)
+    # Begin where steps are not yet tiny: the last nodes before a double point are too near it to step away.
+    far = int(np.flatnonzero(back.step > TAIL)[-1]) if (back.step > TAIL).any() else 0
     result = tube.trace(*kernel(back.closure), back.x[far], -back.tangent[far], 2 * ROOM, tube.LONGEST)
     whole = _run(result, back.closure)
     return replace(whole, ends=(back.ends[1], whole.ends[1]))

@@ -11,97 +11,46 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mechanisms.branches import Branches
 from mechanisms.closure import Closure
-from mechanisms.curve import Circuit, need_one_freedom, settle, trace
+from mechanisms.curve import Circuit, need_one_freedom, settle
+from mechanisms.doublepoints import connected
 from mechanisms.linkage import Input, Linkage, LinkageError
 from mechanisms.transmission import Transmission
+from mechanisms.verdict import Verdict
 
 #: A pose that has to move by more than this (radians, or parts of the linkage's size) to close the loops is
 #: not reached.
 REACHED = 1e-2
 
+__all__ = ["Placed", "Pose", "Verdict", "judge", "judge_inputs", "judge_many", "least_transmission"]
+
 Pose = Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What one input makes of the poses.
-
-    Attributes
-    ----------
-    same_circuit : bool
-        All poses can be reached without taking the linkage apart.
-    same_branch : bool
-        They are joined by a motion on which the input never stands still.
-    in_order : bool
-        Turning the input one way, either way, visits them in the order given (round and round, if it can).
-    full_rotation : bool
-        The input can make a full turn on the branch of pose 0.
-    min_transmission_deg : float
-        Least transmission angle (:mod:`mechanisms.transmission`) on the way from the first pose to the
-        last, or, if they are out of order, anywhere between them on the branch. Zero if no such way exists.
-    max_speed_ratio : float
-        Largest |rate of a link's turning / rate of the input| on that way, per radian or per length unit;
-        infinite if there is no way. This is the largest mechanical disadvantage.
-    clearance : float
-        How much further the input may go, beyond that way, until the nearest dead centre: radians or
-        length.
-    input_range : (float, float)
-        Least and largest input on the branch of pose 0, from the reference: radians or length.
-    circuits, branches : tuple of int
-        For each pose the number of its circuit (pose 0 has 0; −1 if it closes nowhere) and of its branch
-        there.
-    moved : tuple of float
-        How far each pose had to move to close the loops exactly, radians or parts of the linkage's size.
-    notes : tuple of str
-        Sentences about what is wrong or could not be decided.
-    """
-
-    same_circuit: bool
-    same_branch: bool
-    in_order: bool
-    full_rotation: bool
-    min_transmission_deg: float
-    max_speed_ratio: float = math.inf
-    clearance: float = 0.0
-    input_range: tuple[float, float] = (0.0, 0.0)
-    circuits: tuple[int, ...] = ()
-    branches: tuple[int, ...] = ()
-    moved: tuple[float, ...] = ()
-    notes: tuple[str, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the five keys of the JSON output."""
-        keys = ("same_circuit", "same_branch", "in_order", "full_rotation", "min_transmission_deg")
-        return {key: getattr(self, key) for key in keys}
-
-    @property
-    def reasons(self) -> tuple[str, ...]:
-        """Why the design is rejected for this input: ``circuit``, ``branch`` or ``order``; empty if not."""
-        if not self.same_circuit:
-            return ("circuit",)
-        if not self.same_branch:
-            return ("branch",)
-        return () if self.in_order else ("order",)
-
-    def __repr__(self) -> str:
-        if self.reasons:
-            return f"Verdict({self.reasons[0]} defect; {' '.join(self.notes)})"
-        turn = "full rotation" if self.full_rotation else "rocks"
-        return f"Verdict(defect-free, {turn}, transmission angle at least {self.min_transmission_deg:.1f}°)"
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Poses found on the circuits of a linkage: traced once, judged for as many inputs as wanted."""
+    """Poses found on the circuits of a linkage: traced once, judged for as many inputs as wanted.
+
+    Attributes
+    ----------
+    linkage : Linkage
+    circuits : tuple of Circuit
+        Traced pieces of the configuration curve: whole circuits, but for linkages with double points.
+    component : tuple of int
+        For each piece the number of the circuit that it belongs to; pieces joined by a double point have one.
+    circuit_of : tuple of int
+        For each pose the piece that holds it, or −1.
+    places, moved : tuple of float
+        Its place there, and how far it had to move to close the loops.
+    """
 
     linkage: Linkage
     circuits: tuple[Circuit, ...]
+    component: tuple[int, ...]
     circuit_of: tuple[int, ...]
     places: tuple[float, ...]
     moved: tuple[float, ...]
@@ -121,6 +70,7 @@ class Placed:
         closure = Closure.of(linkage)
         need_one_freedom(closure)
         circuits: list[Circuit] = []
+        component: list[int] = []
         circuit_of, places, moved = [], [], []
         for pose in poses:
             x, change = settle(closure, closure.configuration(pose))
@@ -129,13 +79,24 @@ class Placed:
             if change <= REACHED:
                 number, place = _find(circuits, x)
                 if number < 0:
-                    circuits.append(trace(closure, x))
-                    number, place = len(circuits) - 1, circuits[-1].locate(x) or 0.0
+                    pieces = connected(closure, x)
+                    if not pieces[0].arcs:
+                        raise LinkageError(
+                            f"pose {len(moved) - 1} stands in a double point, where the motion forks"
+                        )
+                    number, place = len(circuits), pieces[0].locate(x) or 0.0
+                    component += [max(component, default=-1) + 1] * len(pieces)
+                    circuits += pieces
             circuit_of.append(number)
             places.append(place)
         if circuit_of[0] < 0:
             raise LinkageError("pose 0 does not close the loops of the linkage; the rotations do not belong to it")
-        return cls(linkage, tuple(circuits), tuple(circuit_of), tuple(places), tuple(moved))
+        return cls(linkage, tuple(circuits), tuple(component), tuple(circuit_of), tuple(places), tuple(moved))
+
+    @property
+    def circuit_numbers(self) -> tuple[int, ...]:
+        """For each pose the number of its circuit, −1 if it closes nowhere."""
+        return tuple(self.component[piece] if piece >= 0 else -1 for piece in self.circuit_of)
 
     def judge(self, driven: Input) -> Verdict:
         """Return the verdict for one input."""
@@ -143,17 +104,23 @@ class Placed:
         cut = [Branches.of(circuit, driven) for circuit in self.circuits]
         first = cut[0]
         home = first.index(self.places[0])
+        # Branches are counted through the pieces of a circuit.
+        before = [
+            sum(cut[k].count for k in range(n) if self.component[k] == own) for n, own in enumerate(self.component)
+        ]
         branch_of = tuple(
-            -1 if number < 0 else cut[number].index(place) for number, place in zip(self.circuit_of, self.places)
+            -1 if number < 0 else before[number] + cut[number].index(place)
+            for number, place in zip(self.circuit_of, self.places)
         )
-        same_circuit = all(number == 0 for number in self.circuit_of)
+        circuits = self.circuit_numbers
+        same_circuit = all(number == 0 for number in circuits)
         on_home = [n == 0 and first.holds(home, p) for n, p in zip(self.circuit_of, self.places)]
         if not all(on_home) and same_circuit and first.near_cut(self.places[0]):
             # Pose 0 in a dead centre belongs to two branches: try the other one.
             for other in range(first.count):
                 if all(first.holds(other, p) for p in self.places):
                     home, on_home = other, [True] * len(on_home)
-        same_branch = same_circuit and all(on_home)
+        same_branch = same_circuit and all(on_home) and not first.still
         low, high = first.range(home)
         turns = not driven.translation and (first.endless or high - low >= 2 * math.pi - 1e-9)
         if first.endless:
@@ -163,13 +130,13 @@ class Placed:
         if not same_branch:
             return Verdict(
                 same_circuit, False, False, bool(turns), 0.0, math.inf, 0.0, (low, high),
-                self.circuit_of, branch_of, self.moved, notes,
+                circuits, branch_of, self.moved, notes,
             )  # fmt: skip
         way = travel if travel is not None else _hull(first, self.places, home)
         transmission = least_transmission(Transmission(self.linkage, driven), first.circuit, way)
         return Verdict(
-            True, True, travel is not None, bool(turns), math.degrees(transmission), _speed_ratio(first,
-            way), first.clearance(way, home), (low, high), self.circuit_of, branch_of, self.moved, notes,
+            True, True, travel is not None, bool(turns), math.degrees(transmission), _speed_ratio(first, way),
+            first.clearance(way, home), (low, high), circuits, branch_of, self.moved, notes,
         )  # fmt: skip
 
 
@@ -201,6 +168,7 @@ def judge(linkage: Linkage, driven: Input | str, poses: Sequence[Pose]) -> Verdi
     --------
     >>> four_bar = Linkage({"A": 0, "B": 1j, "C": 3 + 2j, "D": 4},
     ...                    {"ground": "AD", "crank": "AB", "coupler": "BC", "follower": "CD"})
+    >>> from mechanisms.curve import trace
     >>> poses = [trace(Closure.of(four_bar)).at(place)[0] for place in (0.0, 5.0, 9.0)]
     >>> poses = [dict(zip(("crank", "coupler", "follower"), pose)) for pose in poses]
     >>> judge(four_bar, Input("crank"), poses)
@@ -306,7 +274,7 @@ def _notes(
     placed: Placed, branch_of: Sequence[int], on_home: Sequence[bool], ordered: bool, home: int
 ) -> tuple[str, ...]:
     notes = []
-    for j, (number, here) in enumerate(zip(placed.circuit_of, on_home)):
+    for j, (number, here) in enumerate(zip(placed.circuit_numbers, on_home)):
         if number < 0:
             notes.append(f"Pose {j} is not reached: no configuration of the linkage is near it.")
         elif number > 0:
@@ -315,7 +283,10 @@ def _notes(
             notes.append(f"Pose {j} is on branch {branch_of[j]}, pose 0 on branch {home}.")
     if not notes and not ordered:
         notes.append("The poses are not visited in their order.")
-    for number in sorted({n for n in placed.circuit_of if n >= 0}):
-        for end in sorted({e for e in placed.circuits[number].ends if e not in ("closed", "start")}):
-            notes.append(f"Circuit {number} {end}.")
-    return tuple(notes)
+    open_ends = {
+        f"Circuit {number} {end}."
+        for piece, number in zip(placed.circuits, placed.component)
+        for end in piece.ends
+        if end not in ("closed", "start")
+    }
+    return (*notes, *sorted(open_ends))

@@ -32,7 +32,7 @@ FAR = 1e3  # a displacement of so many linkage sizes counts as infinite
 LEAST_BOUND = 1e-12  # stands for a bound that is zero: a chain of gears without loops has straight curves
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def bounds(a, b, slot, x, t, inv):
     """Return the constants (Kt, K1, K0) of the module's inequalities."""
     loops, rot = a.shape
@@ -69,7 +69,7 @@ def bounds(a, b, slot, x, t, inv):
     return kt, k1, k0
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@njit(cache=True)
 def step_rule(kt, k1, k0, eps, longest):
     """Return (h, r): a step and the radius of its tube, h = 0 if there is none."""
     if k0 * eps > 1e-3:

@@ -262,3 +262,30 @@ def test_full_turns_of_links_change_no_verdict(seed):
 
 def test_table_4_is_not_used_up():
     assert [WANZER[t]["poses"] for t in (5, 6, 7)] == [6, 7, len(TABLE_4)]
+
+
+def test_a_parallelogram_keeps_its_circuit_but_not_its_branch_through_the_fold():
+    linkage = four_bar(4, 1, 4, 1, crank_angle=1.0, side=1)
+    # As a parallelogram the coupler never turns; folded over at 180° it goes on as an antiparallelogram.
+    parallel = [{"crank": a, "coupler": 0.0, "follower": a} for a in (0.0, 0.5, 1.5)]
+    verdict = judge(linkage, "crank", parallel)
+    assert verdict.reasons == ()
+    assert verdict.clearance == pytest.approx(math.pi - 1 - 1.5, abs=1e-3)
+    beyond = judge(linkage, "crank", [*parallel, {"crank": 3.0, "coupler": 0.0, "follower": 3.0}])
+    assert beyond.reasons == ("branch",)
+    assert beyond.circuits == (0, 0, 0, 0)
+
+
+def test_a_kites_crank_does_not_move_where_it_is_folded_on_the_frame():
+    linkage = four_bar(2, 2, 3, 3, crank_angle=1.0)
+    circuit = trace(Closure.of(linkage))
+    poses = [dict(zip(linkage.moving_links, x)) for x in circuit.at(np.array([90.0, 100.0, 110.0]))[0]]
+    assert judge(linkage, "crank", poses).reasons == ()
+    # Folded: the crank on the frame, coupler and follower turning about D as one.
+    folded = Linkage(
+        {"A": 0, "B": 2, "C": 2 + 3j, "D": 2},
+        {"ground": "AD", "crank": "AB", "coupler": "BC", "follower": "CD"},
+    )
+    turns = [{"crank": 0.0, "coupler": a, "follower": a} for a in (0.0, 0.3)]
+    assert judge(folded, Input("crank"), turns).reasons == ("branch",)
+    assert judge(folded, Input("follower"), turns).reasons == ()
