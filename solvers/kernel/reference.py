@@ -40,9 +40,9 @@ class Settings:
         Largest accepted ratio of two successive Newton steps. The bound of Deuflhard's affine invariant theory
         for quadratic convergence is 1/4 per step.
     safety : float
-        The predicted error is kept below the Newton radius for a step this many times longer. On 392,000 paths
-        of the seven-pose trammel, a contraction of 1/4 with a safety of 2 lets one path in 2,000 jump to another
-        one, 0.125 with 2 one in 20,000, 0.1 with 2.3 none, for seven per cent more ticks.
+        The predicted error is kept below the Newton radius for a step this many times longer. On the seven-pose
+        trammel a contraction of 1/4 with a safety of 2 lets one path in 1,500 jump to another one, 0.125 with 2
+        one in 20,000, 0.1 with 2.3 one in 400,000, for seven per cent more ticks.
     tolerance : float
         The correction ends when the next Newton step would be below it (relative to the unknowns).
     noise : float

@@ -57,7 +57,7 @@ def test_the_same_ends_path_by_path(magnets, expected, way, lanes):
     assert np.abs(found.x - expected.x).max() < 1e-13
     assert np.abs(found.tangent - expected.tangent).max() < 1e-9
     assert np.abs(found.steps - expected.steps).max() <= 3
-    assert found.quality.max() < 1e-13
+    assert found.quality.max() < 1e-11  # unknowns that end at zero are weighed with 1e-4 of the largest
 
 
 def test_machine_code_and_interpreter_agree_to_the_last_bit(magnets):
