@@ -16,7 +16,19 @@ if TYPE_CHECKING:
     from mechanisms.linkage import Linkage
     from mechanisms.task import Task
 
-__all__ = ["Box", "bodies", "fit", "ground", "link_colours", "links", "names", "page", "paths", "round_order"]
+__all__ = [
+    "Box",
+    "bodies",
+    "fit",
+    "ground",
+    "guides",
+    "link_colours",
+    "links",
+    "names",
+    "page",
+    "paths",
+    "round_order",
+]
 
 #: Colours that stay apart for colour-blind eyes (Okabe and Ito, 2008), black left for lines.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#B8A800")
@@ -90,10 +102,21 @@ def paths(ax: Axes, linkage: Linkage, points: Mapping[str, Any], strength: float
         ax.plot(points[point].real, points[point].imag, color=colours.get(link, INK), **style)
 
 
+def guides(linkage: Linkage) -> list[tuple[str | complex, str, complex]]:
+    """Where something slides: a point, the link that guides it, and the direction in pose 0."""
+    found: list[tuple[str | complex, str, complex]] = [(s.at, s.link_a, s.direction) for s in linkage.sliders]
+    return found + [(slot.point, slot.link, slot.direction) for slot in linkage.slots]
+
+
 def links(
-    ax: Axes, linkage: Linkage, places: Mapping[str, complex], strength: float = 1.0, size: float = 1.0
+    ax: Axes,
+    linkage: Linkage,
+    places: Mapping[str, complex],
+    strength: float = 1.0,
+    size: float = 1.0,
+    rotations: Mapping[str, float] | None = None,
 ) -> list[Any]:
-    """The moving links with their pins; without pins, behind the others, when drawn faintly."""
+    """The moving links with their pins and guides; without these, behind the others, when drawn faintly."""
     from matplotlib.patches import Polygon
 
     colours = link_colours(linkage)
@@ -116,13 +139,11 @@ def links(
         drawn += ax.plot(x, y, color=colours[link], linewidth=width, alpha=strength, zorder=order, **round_ends)
     if strength < 1:
         return drawn
-    for slider in linkage.sliders:
-        at = complex(places[slider.at] if isinstance(slider.at, str) else slider.at)
-        x, y = _xy([at - slider.direction * BODY * size, at + slider.direction * BODY * size])
-        drawn += ax.plot(x, y, color=INK, linewidth=6, alpha=0.25, solid_capstyle="butt", zorder=order)
-    for slot in linkage.slots:
-        at = linkage.points[slot.point]
-        x, y = _xy([at - slot.direction * BODY * size, at + slot.direction * BODY * size])
+    turned = rotations or {}
+    for point, link, direction in guides(linkage):
+        at = complex(places[point]) if isinstance(point, str) else point
+        along = direction * np.exp(1j * turned.get(link, 0.0)) * BODY * size
+        x, y = _xy([at - along, at + along])
         drawn += ax.plot(x, y, color=INK, linewidth=6, alpha=0.25, solid_capstyle="round", zorder=order)
     pins = sorted({p for _, _, p in linkage.revolute_joints()} - set(linkage.links[GROUND]))
     if pins:

@@ -6,13 +6,16 @@ escaped: a title is text, whatever it contains.
 
 from __future__ import annotations
 
+import cmath
 import json
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mechanisms import drawing
 from mechanisms.linkage import GROUND
-from mechanisms.travel import travel
+from mechanisms.travel import Travel, travel
 
 if TYPE_CHECKING:
     from mechanisms.designs import Design
@@ -30,8 +33,9 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
     Returns
     -------
     dict
-        ``box``, ``links``, ``points`` (by name: x and y of every frame), ``ground``, ``pins``, ``bodies``,
-        ``poses`` (frame of each pose), ``input`` (its value in every frame, in degrees or in the length unit).
+        ``box``, ``links``, ``points`` (by name: x and y of every frame), ``guides``, ``ground``, ``pins``,
+        ``bodies``, ``poses`` (frame of each pose), ``input`` (its value in every frame, in degrees or in the
+        length unit).
     """
     linkage = design.linkage
     if linkage is None:
@@ -78,6 +82,13 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
             name: [_rounded(path.real, digits), _rounded(path.imag, digits)]
             for name, path in motion.points.items()
         },
+        "guides": [
+            {
+                "at": point if isinstance(point, str) else _pair(point, digits),
+                "angles": _rounded(_angles(motion, link) + cmath.phase(direction), 4),
+            }
+            for point, link, direction in drawing.guides(linkage)
+        ],
         "ground": [name for name in linkage.links[GROUND] if name in joints],
         "pins": sorted(joints - set(linkage.links[GROUND])),
         "bodies": bodies,
@@ -87,6 +98,11 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
         "driven": motion.driven,
         "working": motion.working,
     }
+
+
+def _angles(motion: Travel, link: str) -> Any:
+    """Rotations of a link in every frame; the ground does not turn."""
+    return motion.rotations.get(link, np.zeros(len(motion)))
 
 
 def embedded(data: Any) -> str:
@@ -130,15 +146,13 @@ th, td { text-align: right; padding: .18rem .6rem; border-bottom: 1px solid var(
 th:first-child, td:first-child { text-align: left; padding-left: 0; } td.text, th.text { text-align: left; }
 .scroll { overflow-x: auto; }
 .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 600; }
-.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(330px, 1fr)); gap: 1rem; }
-.card { background: #fff; border: 1px solid var(--line); border-radius: 8px; padding: .8rem; min-width: 0; }
-.card h3 { font-size: 1rem; margin: 0; } .card details { margin-top: .5rem; font-size: .86rem; }
-.single { max-width: 860px; }
-.player svg { display: block; width: 100%; height: auto; max-height: 74vh; background: #fff; }
-.player .bar { display: flex; gap: .5rem; align-items: center; flex-wrap: wrap; margin-top: .4rem; }
-.player input[type=range] { flex: 1 1 7rem; min-width: 5rem; accent-color: #0072B2; }
-.player button { font: inherit; font-size: .86rem; padding: .1rem .55rem; border: 1px solid #bbb; border-radius:
-5px;
+.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(330px, 1fr)); gap: 1rem; align-items:
+start; } .card { background: #fff; border: 1px solid var(--line); border-radius: 8px; padding: .8rem; min-width:
+0; } .card h3 { font-size: 1rem; margin: 0; } .card details { margin-top: .5rem; font-size: .86rem; } .single {
+max-width: 860px; } .player svg { display: block; width: 100%; height: auto; max-height: 74vh; background: #fff;
+} .player .bar { display: flex; gap: .5rem; align-items: center; flex-wrap: wrap; margin-top: .4rem; } .player
+input[type=range] { flex: 1 1 7rem; min-width: 5rem; accent-color: #0072B2; } .player button { font: inherit;
+font-size: .86rem; padding: .1rem .55rem; border: 1px solid #bbb; border-radius: 5px;
   background: #f5f5f5; cursor: pointer; } .player button:hover { background: #e8e8e8; }
 .player output { font-size: .86rem; min-width: 5.5rem; text-align: right; font-variant-numeric: tabular-nums; }
 @media print { .player .bar { display: none; } .card { break-inside: avoid; } }
@@ -159,11 +173,11 @@ function text(parent, x, y, words, size, colour) {
   element.textContent = words;
 }
 function play(root, data, auto) {
-  const [left, right, bottom, top] = data.box, size = Math.max(right - left, top - bottom), u = size / (auto ? 150 : 100);
-  const svg = make(root, "svg", {viewBox: [left, -top, right - left, top - bottom].join(" "), role: "img"});
-  svg.setAttribute("aria-label", "linkage " + data.id + " moving through its poses");
-  const step = Math.pow(10, Math.floor(Math.log10(size / 2)));
-  for (let x = Math.ceil(left / step) * step; x < right; x += step)
+  const [left, right, bottom, top] = data.box, size = Math.max(right - left, top - bottom), u = size / (auto ?
+  150 : 100); const svg = make(root, "svg", {viewBox: [left, -top, right - left, top - bottom].join(" "), role:
+  "img"}); svg.setAttribute("aria-label", "linkage " + data.id + " moving through its poses"); const step =
+  Math.pow(10, Math.floor(Math.log10(size / 2))); for (let x = Math.ceil(left / step) * step; x < right; x +=
+  step)
     make(svg, "line", {x1: x, x2: x, y1: -top, y2: -bottom, stroke: "#eee", "stroke-width": 0.25 * u});
   for (let y = Math.ceil(bottom / step) * step; y < top; y += step)
     make(svg, "line", {x1: left, x2: right, y1: -y, y2: -y, stroke: "#eee", "stroke-width": 0.25 * u});
@@ -202,6 +216,12 @@ function play(root, data, auto) {
   const moving = make(svg, "g", {});
   function draw(k) {
     moving.textContent = "";
+    for (const guide of data.guides) {
+      const at = typeof guide.at === "string" ? [data.points[guide.at][0][k], data.points[guide.at][1][k]] :
+      guide.at; const c = 5.5 * u * Math.cos(guide.angles[k]), s = 5.5 * u * Math.sin(guide.angles[k]);
+      make(moving, "line", {x1: at[0] - c, y1: -(at[1] - s), x2: at[0] + c, y2: -(at[1] + s), stroke: "#222",
+        opacity: 0.25, "stroke-width": 2.4 * u, "stroke-linecap": "round"});
+    }
     for (const link of data.links) {
       const x = link.points.map(name => data.points[name][0][k]), y = link.points.map(name =>
       data.points[name][1][k]); const solid = link.points.length > 2; const shape = make(moving, solid ?

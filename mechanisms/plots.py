@@ -148,7 +148,7 @@ def _save_gif(design: Design, path: Path, task: Task | None, driven: str) -> Non
         canvas.restore_region(scenery)
         here = {name: complex(points[frame]) for name, points in motion.points.items()}
         turned = {link: float(angles[frame]) for link, angles in motion.rotations.items()}
-        moving = drawing.links(ax, linkage, here, 1.0, size)
+        moving = drawing.links(ax, linkage, here, 1.0, size, turned)
         moving += drawing.bodies(ax, linkage, [turned], _poses_only(task), size, named=False)
         for artist in sorted(moving, key=lambda item: item.get_zorder()):
             ax.draw_artist(artist)

@@ -146,8 +146,9 @@ class _Html:
 def _verdict(design: Design) -> _Html:
     if design.accepted:
         return _Html('<span class="good">accepted</span>')
+    short = ", ".join(code.removeprefix("constraint:") for code in design.reasons)
     words = "; ".join(REASONS.get(code, code) for code in design.reasons)
-    return _Html(f'<span class="bad" title="{escape(words)}">{escape(", ".join(design.reasons))}</span>')
+    return _Html(f'<span class="bad" title="{escape(words)}">{escape(short)}</span>')
 
 
 def _note(design: Design) -> str:
