@@ -223,9 +223,11 @@ def _designs(
         drawn = [design_from_candidate(number, candidate, task, family) for number, candidate in batch]
         drawn = [_with_reasons(d, violated(d, task.constraints, moving=False)) if d.linkage else d for d in drawn]
         total += len(drawn)
-        if total == len(drawn) and any(design.linkage is not None for design in drawn) and motion_needs_compiling():
+        first = total == len(drawn) and any(design.linkage is not None for design in drawn)
+        if first and motion_needs_compiling():
             progress("compiling the judge of motion, which only the first run does (half a minute)", 0, 1)
-        progress("judging motion", total - len(drawn), total)
+        else:
+            progress("judging motion", total - len(drawn), total)
         yield from _judged(drawn, task, family, jobs)
         progress("judging motion", total, total)
 
