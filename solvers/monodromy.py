@@ -298,6 +298,7 @@ def _result(
         complete=complete,
         notes=notes,
         orbit=orbit,
+        group=group,
     )
     if certificates:
         from solvers.certify import certify

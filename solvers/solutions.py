@@ -123,6 +123,8 @@ class Solutions:
         What else there is to know.
     orbit : ndarray of int, shape (n,), or None
         Orbit of each root under the symmetry group that was given.
+    group : solvers.points.Group or None
+        That group.
     """
 
     points: np.ndarray
@@ -138,6 +140,7 @@ class Solutions:
     seed: int = 0
     notes: list[str] = field(default_factory=list)
     orbit: np.ndarray | None = None
+    group: Any = None
 
     def __len__(self) -> int:
         return len(self.points)

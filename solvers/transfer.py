@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from solvers.endgame import FAILED, REGULAR, Ends
+from solvers.endgame import FAILED, INFINITE, REGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import UNCERTAINTY, clashing
 from solvers.monodromy import carry
-from solvers.points import PointSet
+from solvers.points import Group, PointSet
 from solvers.solutions import Solutions
 from solvers.system import System
 from solvers.tracking import Run, engine_of, track_all
@@ -43,17 +43,50 @@ def transfer(
     rungs : dict of str to int
         Paths of the retry ladder and of the detours.
     """
+    if known.group is not None and known.orbit is not None:
+        return _transfer_orbits(system, known, values, run, seed)
+    return _transfer(system, known, values, run, seed, None)
+
+
+def _transfer_orbits(
+    system: System, known: Solutions, values: np.ndarray, run: Run, seed: int
+) -> tuple[Homotopy, Ends, dict[str, int]]:
+    """Carry one root of each orbit; the others are its images at the new parameters."""
+    _, first = np.unique(known.orbit, return_index=True)
+    chosen = replace(known, points=known.points[first], group=None, orbit=None)
+    homotopy, ends, rungs = _transfer(system, chosen, values, run, seed, known.group)
+    order = known.group.order
+    images = known.group.orbits(ends.x, values).transpose(1, 0, 2)
+    images[ends.kind != REGULAR] = ends.x[ends.kind != REGULAR][:, None]
+    whole = Ends(
+        x=images.reshape(-1, images.shape[2]),
+        kind=np.repeat(ends.kind, order),
+        winding=np.repeat(ends.winding, order),
+        condition=np.repeat(ends.condition, order),
+        ticks=np.repeat(ends.ticks, order),
+        why={row * order + k: text for row, text in ends.why.items() for k in range(order)},
+    )
+    whole.kind[~np.isfinite(whole.x).all(axis=1)] = INFINITE
+    name = f"parameter homotopy of one root in each orbit of {order}"
+    return replace(homotopy, name=name), whole, rungs
+
+
+def _transfer(
+    system: System, known: Solutions, values: np.ndarray, run: Run, seed: int, group: Group | None
+) -> tuple[Homotopy, Ends, dict[str, int]]:
     rng = np.random.default_rng([seed, 23])
     real = not np.any(np.iscomplex(known.parameters))
     fibre = waypoint(system, known, rng, run) if real else (known.parameters, known.points)
     homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
     ends, rungs = track_all(homotopy, run, ladder=real or len(known) < SMALL)
+    _canonical(ends, group, values)
     if np.all(ends.kind != FAILED):
         return homotopy, ends, rungs
     for _ in range(DETOURS):
         fibre = waypoint(system, known, rng, run)
         homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
         again, _ = track_all(homotopy, replace(run, checkpoint=None), ladder=False)
+        _canonical(again, group, values)
         rungs["by another way"] = rungs.get("by another way", 0) + len(again.kind)
         if np.all(again.kind != FAILED) and len(again.kind) == len(known):
             return homotopy, again, rungs
@@ -69,6 +102,17 @@ SMALL = 50
 
 def _line(fibre: tuple[np.ndarray, np.ndarray], values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return fibre[0], values, fibre[1]
+
+
+def _canonical(ends: Ends, group: Group | None, values: np.ndarray) -> None:
+    """Put the representative of its orbit in place of each end, so that equal orbits show as a clash."""
+    if group is None:
+        return
+    regular = np.flatnonzero(ends.kind == REGULAR)
+    ends.x[regular] = group.representatives(ends.x[regular], values)
+    for row in clashing(ends):
+        ends.kind[row] = FAILED
+        ends.why[int(row)] = "ends in the same orbit as another path"
 
 
 def fill_gaps(ends: Ends, others: Ends) -> None:
