@@ -12,6 +12,7 @@ from solvers.mixed_cells import MixedCells, TooManyCells, mixed_cells
 from solvers.partition import Partition, best_partition, partition_of
 from solvers.polyhedral import polyhedral, scaled_terms
 from solvers.start import total_degree
+from solvers.start_linear_product import ChoiceGraph, Structure, linear_product
 from solvers.start_multihomogeneous import multihomogeneous
 from solvers.supports import TooManyTerms
 from solvers.system import System
@@ -43,6 +44,8 @@ class Choice:
         Of a multihomogeneous start.
     cells : MixedCells or None
         Of a polyhedral start.
+    structure : tuple or None
+        Of a linear-product start: for each equation its sets of unknowns (indices).
     """
 
     start: str
@@ -50,6 +53,7 @@ class Choice:
     reason: str
     groups: Partition | None = None
     cells: MixedCells | None = None
+    structure: Structure | None = None
 
     def __repr__(self) -> str:
         return f"Choice({self.start}, {self.paths} paths: {self.reason})"
@@ -67,25 +71,28 @@ class Choice:
             homotopy = total_degree(system, values, seed, unknown_scale, equation_scale)
         elif self.start == "multihomogeneous":
             homotopy = multihomogeneous(system, values, seed, unknown_scale, equation_scale, groups=self.groups)
+        elif self.structure is not None:
+            homotopy = linear_product(system, self.structure, values, seed, unknown_scale, equation_scale)
         else:
             homotopy = polyhedral(system, values, seed, unknown_scale, equation_scale, cells=self.cells)
         return replace(homotopy, reason=self.reason)
 
 
-def choose_start(system: System, values: Any = None, start: str = "auto") -> Choice:
+def choose_start(system: System, values: Any = None, start: Any = "auto") -> Choice:
     """The start to use for a square system at given parameter values.
 
     Parameters
     ----------
     system : System
     values : ndarray, shape (parameters,)
-    start : str
-        "auto", or the start that is wanted.
+    start : str or sequence
+        "auto", or the start that is wanted; or a product structure for a linear-product start: for each equation
+        a sequence of sets of unknowns.
 
     Raises
     ------
     ValueError
-        The start is unknown.
+        The start is unknown, or the structure does not fit the system.
     TooManyTerms
         A polyhedral start is asked for, and the equations are too large to be multiplied out.
 
@@ -97,6 +104,11 @@ def choose_start(system: System, values: Any = None, start: str = "auto") -> Cho
     Choice(polyhedral, 4 paths: the mixed volume; the total degree is 12)
     """
     values = system.values_of(values)
+    if not isinstance(start, str):
+        structure = _structure(system, start)
+        return Choice(
+            "linear-product", ChoiceGraph(structure).count, "with the structure given", structure=structure
+        )
     if start == "auto":
         return _automatic(system, values)
     if start == "total-degree":
@@ -145,6 +157,17 @@ def _cells(system: System, values: np.ndarray) -> tuple[MixedCells | None, str]:
         return mixed_cells(supports, patience=PATIENCE), ""
     except TooManyCells:
         return None, "there are too many mixed cells"
+
+
+def _structure(system: System, given: Any) -> Structure:
+    """Sets of unknowns as indices."""
+    where = {symbol: k for k, symbol in enumerate(system.unknowns)}
+    try:
+        return tuple(tuple(tuple(sorted({where[s] for s in one})) for one in sets) for sets in given)
+    except (KeyError, TypeError) as error:
+        raise ValueError(
+            f"a start must be a name, Solutions, or for each equation a list of sets of unknowns; {error} is none"
+        ) from None
 
 
 def _partition(system: System, budget: int) -> Partition:

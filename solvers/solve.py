@@ -50,7 +50,8 @@ def solve(
         Values of the system's parameters.
     start : str or Solutions
         "auto", "total-degree", "multihomogeneous", "polyhedral", or the solutions of the same system at generic
-        parameters, which are then carried to the new ones.
+        parameters, which are then carried to the new ones. Or the structure of a linear-product start: for each
+        equation a list of sets of unknowns (see :mod:`solvers.start_linear_product`).
     jobs : int
         Workers. The answer does not depend on it.
     seed : int

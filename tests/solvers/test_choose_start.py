@@ -61,3 +61,21 @@ def test_equations_too_large_to_expand_are_kept_factored():
 def test_unknown_start_is_named():
     with pytest.raises(ValueError, match="'newton' is unknown"):
         choose_start(ZOO["noon3"].build(), start="newton")
+
+
+def test_a_structure_given_is_used():
+    """Three bilinear equations in chains: fewer paths than any grouping of the unknowns allows."""
+    x, y, z = sympy.symbols("x y z")
+    system = System([x * y - 2 * y + 1, y * z - y - 3, z * x + z - 5], [x, y, z])
+    structure = [[[x], [y]], [[y], [z]], [[z], [x]]]
+    choice = choose_start(system, start=structure)
+    assert (choice.start, choice.paths) == ("linear-product", 2)
+    from solvers import solve
+
+    with_structure, without = (
+        solve(system, start=s, certificates=False).points for s in (structure, "total-degree")
+    )
+    assert len(with_structure) == len(without)
+    assert np.abs(np.sort_complex(with_structure[:, 0]) - np.sort_complex(without[:, 0])).max() < 1e-10
+    with pytest.raises(ValueError, match="list of sets"):
+        choose_start(system, start=[[["x"]]])
