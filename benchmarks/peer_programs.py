@@ -89,8 +89,16 @@ def phcpack(system: System, timeout: float) -> Answer:
         values = dict(re.findall(r"^ *(\w+) : +(\S+ +\S+)", block.split("==")[0], re.MULTILINE))
         if all(name in values for name in names):
             points.append([complex(*map(float, values[name].split())) for name in names])
-    counts = re.findall(r"^(?:stable mixed volume|mixed volume|total degree) +: (\d+)", report, re.MULTILINE)
-    return Answer(points, min(map(int, counts)) if counts else None, seconds)
+    return Answer(points, _root_count(report), seconds)
+
+
+def _root_count(report: str) -> int | None:
+    """PHCpack's number of paths: the stable mixed volume, or the mixed volume, or the total degree."""
+    for name in ("stable mixed volume", "mixed volume", "total degree"):
+        found = re.search(rf"^{name} +: (\d+)", report, re.MULTILINE)
+        if found:
+            return int(found[1])
+    return None
 
 
 _MACAULAY2 = """

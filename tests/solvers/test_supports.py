@@ -75,3 +75,12 @@ def test_long_sums_do_not_take_quadratic_time():
     expanded = terms(system)
     assert len(expanded.supports[0]) == 20_000
     assert np.array_equal(expanded.supports[0][:, 0], np.arange(19_999, -1, -1))
+
+
+def test_terms_are_kept_for_the_same_values_only():
+    system = System([p * x**2 - y, x + y], [x, y], [p])
+    first = terms(system, [2])
+    assert terms(system, [2]) is first
+    assert terms(system, [3]).coefficients[0].tolist() == [3, -1]
+    with pytest.raises(TooManyTerms):
+        terms(system, [3], limit=1)
