@@ -91,7 +91,7 @@ def prepare(ax: Axes, box: Box, unit: str = "") -> None:
     for spine in ax.spines.values():
         spine.set_color("#dddddd")
     if unit:
-        ax.set_xlabel(unit, fontsize=8, color=FAINT)
+        ax.set_xlabel(unit, fontsize=8, color=FAINT, parse_math=False)
 
 
 def paths(ax: Axes, linkage: Linkage, points: Mapping[str, Any], strength: float) -> None:

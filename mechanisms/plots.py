@@ -72,7 +72,7 @@ def draw_design(design: Design, ax: Axes | None = None, task: Task | None = None
     drawing.links(ax, linkage, places[0], 1.0, size)
     drawing.ground(ax, linkage, size)
     drawing.names(ax, linkage, places[0], size)
-    ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left")
+    ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left", parse_math=False)
     return ax
 
 
@@ -136,7 +136,7 @@ def _save_gif(design: Design, path: Path, task: Task | None, driven: str) -> Non
     drawing.paths(ax, linkage, motion.points, 0.9)
     drawing.bodies(ax, linkage, design.poses, task, size, strength=0.45)
     drawing.ground(ax, linkage, size)
-    ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left")
+    ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left", parse_math=False)
     figure: Any = ax.figure
     figure.set_dpi(GIF_DPI)
     canvas = figure.canvas

@@ -104,6 +104,7 @@ def result_table(designs: Sequence[Design], unit: str = "", width: int = 160) ->
         Columns of the terminal.
     """
     from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
     from rich.table import Table
 
     columns = _columns(designs, unit)
@@ -114,14 +115,14 @@ def result_table(designs: Sequence[Design], unit: str = "", width: int = 160) ->
     for head, cells in columns.items():
         wraps = head in _WRAPPING
         table.add_column(
-            head.replace("[", r"\["),
+            escape(head),
             justify="left" if head in (*_WRAPPING, "id", "full\nturn") else "right",
             no_wrap=not wraps,
             overflow="fold",
             min_width=min(_WRAPPING.get(head, 99), max(map(len, [*head.split("\n"), *cells]))),
         )
     for number_of_row, design in enumerate(designs):
-        row = [cells[number_of_row] for cells in columns.values()]
+        row = [escape(cells[number_of_row]) for cells in columns.values()]
         row[1] = f"[{'green' if design.accepted else 'red'}]{row[1]}[/]"
         table.add_row(*row)
     return table
@@ -179,11 +180,14 @@ def design_sheet(design: Design, result: Result) -> RenderableType:
     """Everything about one design, as a workshop needs it: parameters, pivots, lengths, motion."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Group
+    from rich.markup import escape
     from rich.table import Table
 
-    unit = result.task.length_unit
+    unit = escape(result.task.length_unit)
     state = "accepted" if design.accepted else "; ".join(_explained(code) for code in design.reasons)
-    parts: list[Any] = [f"[bold]{design.id}[/bold]  {state}" + (f"  ({design.note})" if design.note else "")]
+    parts: list[Any] = [
+        f"[bold]{design.id}[/bold]  {state}" + (f"  ({escape(design.note)})" if design.note else "")
+    ]
 
     def block(title: str, rows: Sequence[tuple[str, ...]], heads: tuple[str, ...]) -> None:
         if not rows:

@@ -198,3 +198,29 @@ def test_formula_injection_is_quoted(design, tmp_path):
     linkage = replace(design.linkage, length_unit="=1+1")
     export_design(replace(design, linkage=linkage), tmp_path / "a.csv")
     assert "'=1+1" in (tmp_path / "a.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    "label", ["$x", "$\\frac{1}$", "[bold]x[/bold] [/]", "[link=file:///etc/passwd]a[/link]", "µm \u202e %s {0}"]
+)
+def test_labels_are_text_and_nothing_else(result, tmp_path, label):
+    """Neither Matplotlib's formulas nor Rich's markup nor HTML is read out of a task's labels."""
+    from rich.console import Console
+
+    from mechanisms.tables import design_sheet, headline, result_table
+
+    task = replace(result.task, title=label, length_unit=label)
+    design = result.accepted[0]
+    design = replace(design, linkage=replace(design.linkage, title=label, length_unit=label), note=label)
+    labelled = replace(result, task=task, designs=[design])
+    for kind in ("svg", "gif", "html"):
+        save_design(design, tmp_path / f"a.{kind}", task)
+    for kind in ("dxf", "svg", "csv"):
+        export_design(design, tmp_path / f"e.{kind}")
+    ElementTree.parse(tmp_path / "e.svg")
+    console = Console(width=200, record=True, file=(tmp_path / "out.txt").open("w"))
+    console.print(result_table([design], label))
+    console.print(design_sheet(design, labelled))
+    assert console.export_text().count(label) >= 2
+    assert headline(labelled)[0] == label
+    report_page(labelled)
