@@ -158,8 +158,10 @@ class SolutionMap:
         """The linkage of two stations, to be judged like any other."""
         return pair_candidate(self.poses, self.dyad(driven), self.dyad(following))
 
-    def plot(self, path: str | Path | None = None, pick: tuple[float, float] | None = None) -> Any:
-        """Draw the curves and the map side by side; see `mechanisms.families.solution_map_plot`."""
+    def plot(
+        self, path: str | Path | None = None, pick: tuple[float, float] | None = None, figure: Any = None
+    ) -> Any:
+        """Draw the curves and the map side by side; see `mechanisms.families.solution_map_plot.draw_map`."""
         from mechanisms.families.solution_map_plot import draw_map
 
-        return draw_map(self, path, pick)
+        return draw_map(self, path, pick, figure)

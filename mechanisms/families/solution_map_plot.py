@@ -26,7 +26,9 @@ GREYS = {
 CIRCLE_COLOUR, CENTRE_COLOUR, POSE_COLOUR = "#0b6e4f", "#9c2f00", "#555555"
 
 
-def draw_map(found: SolutionMap, path: str | Path | None = None, pick: tuple[float, float] | None = None) -> Any:
+def draw_map(
+    found: SolutionMap, path: str | Path | None = None, pick: tuple[float, float] | None = None, figure: Any = None
+) -> Any:
     """Draw the curves and the map side by side.
 
     Parameters
@@ -36,6 +38,8 @@ def draw_map(found: SolutionMap, path: str | Path | None = None, pick: tuple[flo
         File to write; its ending chooses the format.
     pick : (driven, following), optional
         Two stations: their linkage is drawn, and marked on the map. By default the best one.
+    figure : matplotlib Figure, optional
+        Where to draw, about twice as wide as high.
 
     Returns
     -------
@@ -45,7 +49,9 @@ def draw_map(found: SolutionMap, path: str | Path | None = None, pick: tuple[flo
 
     if pick is None and found.share() > 0:
         pick = found.best()
-    figure = Figure(figsize=(14.5, 7.2), layout="constrained")
+    if figure is None:
+        figure = Figure(figsize=(14.5, 7.2))
+    figure.set_layout_engine("constrained")
     curves, table = figure.subplots(1, 2, width_ratios=[1.0, 1.12])
     draw_curves(found, curves, pick)
     _draw_table(found, table, figure, pick)
