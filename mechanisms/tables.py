@@ -18,7 +18,7 @@ __all__ = ["design_sheet", "families_table", "funnel_table", "headline", "result
 
 #: What the reason codes mean to a reader who sees them for the first time.
 REASONS = {
-    "degenerate": "no linkage, whatever the task",
+    "degenerate": "no linkage at all",
     "complex": "not real",
     "inexact": "does not reach a pose",
     "circuit": "would have to be taken apart between poses",

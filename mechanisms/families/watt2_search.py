@@ -124,6 +124,8 @@ def sample_side(task: Task, half: Half, seed: int) -> Side:
         dyads = three_pose_dyads([*turns], half.rotations, half.moves)
     else:
         dyads = _two_pose_dyads(half, turns[0], dict(zip(names[1:], columns[1:])))
+    infinite = ~(np.isfinite(dyads.W) & np.isfinite(dyads.Z))
+    dyads = Dyads(np.where(infinite, np.nan, dyads.W), np.where(infinite, np.nan, dyads.Z))
     pivot = half.effector - half.crank_body - half.crank
     with np.errstate(invalid="ignore", over="ignore"):
         feet = half.effector - dyads.Z - dyads.W
@@ -131,7 +133,7 @@ def sample_side(task: Task, half: Half, seed: int) -> Side:
             loop_sweep(half.crank, pivot, half.crank_turns, dyads.W, feet, turns, direction)
             for direction in (1, -1)
         ]
-        allowed = np.isfinite(dyads.W) & np.isfinite(dyads.Z) & _meets(task.constraints, half, dyads, feet, pivot)
+        allowed = ~infinite & _meets(task.constraints, half, dyads, feet, pivot)
     return Side(turns, dyads, sweeps[0], sweeps[1], allowed)
 
 
@@ -194,8 +196,10 @@ def _chosen(free: Mapping[str, Any], half: Half) -> list[str]:
     """The names of the choices that determine a dyad: its rotations and, for two poses, two coordinates."""
     if len(half.turns) == 2:
         return list(half.turns)
+    # of a body that does not turn, Eq. (4) fixes W for a given rotation and leaves Z open
+    names = half.coordinates if abs(turn(half.rotations[0])) > 1e-9 else half.coordinates[::-1]
     fixed = [name for name in half.coordinates if name in free]
-    return [*half.turns, *(fixed + [name for name in half.coordinates if name not in free])[:2]]
+    return [*half.turns, *(fixed + [name for name in names if name not in free])[:2]]
 
 
 def _box(name: str, value: Any, task: Task, half: Half) -> tuple[float, float]:
@@ -311,7 +315,7 @@ def _least_bad(halves: tuple[Half, Half], sides: tuple[Side, Side]) -> Pick:
             lengths = _lengths(half, side.dyads, feet, pivot)
             ratio = lengths.max(axis=0) / lengths.min(axis=0)
         either = side.forward.defect_free | side.backward.defect_free
-        cost = np.where(np.isfinite(ratio), ratio, 1e300) * np.where(either, 1.0, 1e6)
+        cost = np.where(np.isfinite(ratio), ratio, 1e200) * np.where(either, 1.0, 1e6)
         cost = cost * np.where(side.allowed, 1.0, 1e3)
         chosen.append(int(np.argmin(cost)))
     ratio_of_pair, extent = _shape(halves, sides[0], chosen[0], sides[1], chosen[1])

@@ -139,11 +139,12 @@ def _linear(task: Task) -> NDArray[np.complex128]:
     determinant, bound = abs(np.linalg.det(matrix)), float(np.prod(np.linalg.norm(matrix, axis=1)))
     if determinant <= SINGULAR * bound:
         always = {name[:2] for name in chosen} == {"W1", "W2"} and chosen[0][-1] == chosen[1][-1]
-        reason = (
-            "W1 and W2 change by real multiples of each other, whatever the poses"
-            if always
-            else "the determinant of Eqs. (1)–(3) in the other coordinates vanishes"
-        )
+        first_dyad = {name[:2] for name in chosen} == {"W1", "Z1"} and chosen[0][-1] == chosen[1][-1]
+        reason = "the determinant of Eqs. (1)–(3) in the other coordinates vanishes"
+        if always:
+            reason = "W1 and W2 change by real multiples of each other, whatever the poses"
+        elif first_dyad:
+            reason = "D = 4 sin((α−β)/2) sin(α/2) sin(β/2) = 0, as P does not turn"
         raise TaskError(
             f"{task.where}: free: {chosen[0]} and {chosen[1]} do not determine the dyads when beta2 is given: "
             f"{reason}; choose another pair"

@@ -137,7 +137,7 @@ def test_report_names_every_linkage_and_stage(result):
     page = report_page(result)
     for design in result.designs:
         assert (f'id="{design.id}"' in page) == (design.linkage is not None)
-    for words in ("complex roots", "no linkage, whatever the task", "a dead centre lies between poses"):
+    for words in ("complex roots", "no linkage at all", "a dead centre lies between poses"):
         assert words in page
     assert page.count('class="player"') == 3
     assert report_page(result, top=1).count('class="player"') == 1

@@ -151,3 +151,28 @@ def test_the_share_is_the_share_of_sampled_pairs():
         for way in (1, -1)
     )
     assert share == pytest.approx(good / 512**2)  # three poses come in order one way only
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("turns", [(0.0, 0.0), (-45.0, -30.0), (1e-7, 1e-7)])
+def test_a_free_dyad_at_infinity_is_degenerate_and_says_so(turns):
+    task = three_pose_task().to_dict()
+    task["free"]["eta2_deg"], task["free"]["eta3_deg"] = turns
+    result = synthesize(type(three_pose_task()).from_dict(task))
+    real = [d for d in result.designs if "not determined" in d.note or d.linkage is not None]
+    assert len(real) == 3 and not result.accepted
+    assert all("degenerate" in design.reasons or design.link_ratio > 1e3 for design in real)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_body_that_does_not_turn_between_two_poses():
+    """P is translated: Eq. (2) gives W1, Eq. (4) gives W3, and the vectors Z are what is chosen or searched."""
+    mapping = two_pose_task().to_dict()
+    mapping["effectors"]["P"]["poses"][1]["angle_deg"] = 0.0
+    mapping["free"] = {"beta2_deg": -90.0, "Z1_x": 3.0, "Z1_y": 4.0}
+    mapping["solve"] = {"samples": 512}
+    result = synthesize(type(two_pose_task()).from_dict(mapping))
+    assert result.accepted
+    for design in result.designs:
+        assert design.parameters["Z1"] == pytest.approx(3 + 4j)
+        assert design.worst_pose_error < 1e-9
