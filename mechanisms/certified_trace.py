@@ -1,6 +1,6 @@
 """Proof, in ball arithmetic, that a traced circuit is one connected piece of the configuration curve.
 
-For each arc the chart G(y; τ) = [f(x + τt + y); t·y] is enclosed over the whole step τ ∈ [−δ, h] and the
+For each arc the chart G(y; τ) = [f(x + τt + y); t·y] is enclosed over the whole step τ ∈ [−δ, h + δ] and the
 whole tube |y| ≤ r with Arb balls. Where the Krawczyk image
 
     −C [f(x) + f'(x)t τ + ½ f''(x + τt)[t, t] τ²] + (1 − C G'(x + τt + y)) y
@@ -24,8 +24,8 @@ from mechanisms.curve import Circuit
 
 #: Bits of the balls; twice double precision, so that only the width of the tubes matters.
 PRECISION = 106
-#: Overlap δ of consecutive tubes, as a part of the step.
-OVERLAP = 1e-6
+#: Overlap δ of consecutive tubes: larger than the box in which the end of an arc is known.
+OVERLAP = 1e-8
 #: Into how many pieces a step is cut when its tube cannot be proved at once (boxes are coarser than norms).
 PIECES = (1, 2, 4, 8, 16)
 
@@ -145,7 +145,7 @@ class _Balls:
         """Krawczyk's test over the whole tube of an arc, if need be in pieces of the step."""
         h = float(self.circuit.step[arc])
         for pieces in PIECES:
-            cuts = np.linspace(-OVERLAP * h, h, pieces + 1)
+            cuts = np.linspace(-OVERLAP, h + OVERLAP, pieces + 1)
             if all(self._holds(arc, low, high) for low, high in pairwise(cuts)):
                 return True
         return False
@@ -201,7 +201,7 @@ class _Balls:
         tangent = [flint.arb(float(v)) for v in c.tangent[following]]
         tau = sum((g * t for g, t in zip(gap, tangent)), flint.arb(0))
         h, r = float(c.step[following]), float(c.radius[following])
-        inside = tau > -OVERLAP * h and tau < h
+        inside = tau > -OVERLAP and tau < h + OVERLAP
         return bool(inside and all(abs(g - tau * t) < r for g, t in zip(gap, tangent)))
 
     def _end(self, arc: int) -> list[Any] | None:

@@ -25,6 +25,10 @@ from mechanisms.verdict import Verdict
 #: A pose that has to move by more than this (radians, or parts of the linkage's size) to close the loops is
 #: not reached.
 REACHED = 1e-2
+#: Dips of the transmission angle between nodes that are looked at more closely, the lowest first.
+DIPS = 5
+#: A dip that is still higher than the least by this (radians) after a closer look is not looked at again.
+ENOUGH = 0.02
 
 __all__ = ["Placed", "Pose", "Verdict", "judge", "judge_inputs", "judge_many", "least_transmission"]
 
@@ -238,15 +242,29 @@ def _find(circuits: Sequence[Circuit], x: np.ndarray) -> tuple[int, float]:
 def least_transmission(transmission: Transmission, circuit: Circuit, way: tuple[float, float]) -> float:
     """Return the least transmission angle (radians) between two places of a circuit, refined between nodes."""
     low, high = min(way), max(way)
-    places = np.concatenate([[low], np.arange(math.floor(low) + 1, math.ceil(high)), [high]])
-    for _ in range(4):  # each round looks eight times closer round the least one
-        angles = transmission.angle(circuit.at(places % circuit.arcs if circuit.closed else places)[0])
-        best = int(np.argmin(angles))
-        near = places[max(best - 1, 0)], places[min(best + 1, len(places) - 1)]
-        if near[1] - near[0] < 1e-9:
-            break
-        places = np.linspace(*near, 17)
-    return float(angles.min())
+    halves = np.arange(math.floor(2 * low) + 1, math.ceil(2 * high)) / 2
+    places = np.concatenate([[low], halves, [high]])
+    angles = _angles(transmission, circuit, places)
+    least = float(angles.min())
+    padded = np.concatenate([[math.inf], angles, [math.inf]])
+    dips = np.flatnonzero((angles <= padded[:-2]) & (angles <= padded[2:]))
+    for dip in dips[np.argsort(angles[dips])][:DIPS]:
+        near = places[max(dip - 1, 0)], places[min(dip + 1, len(places) - 1)]
+        for _ in range(3):  # each round looks eight times closer
+            if near[1] - near[0] < 1e-9:
+                break
+            fine = np.linspace(*near, 17)
+            found = _angles(transmission, circuit, fine)
+            best = int(np.argmin(found))
+            least = min(least, float(found[best]))
+            near = fine[max(best - 1, 0)], fine[min(best + 1, 16)]
+            if found[best] > least + ENOUGH:
+                break
+    return least
+
+
+def _angles(transmission: Transmission, circuit: Circuit, places: np.ndarray) -> np.ndarray:
+    return transmission.angle(circuit.at(places % circuit.arcs if circuit.closed else places)[0])
 
 
 def _hull(branches: Branches, places: Sequence[float], number: int) -> tuple[float, float]:
