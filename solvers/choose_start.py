@@ -20,14 +20,11 @@ from solvers.system import System
 STARTS = ("total-degree", "multihomogeneous", "polyhedral")
 #: Up to so many paths nothing is gained by looking for fewer.
 FEW_PATHS = 6
-#: A polyhedral start tracks twice, over expanded equations; but a path to infinity costs as much as some dozens
-#: that end. It is taken when it saves more than this part of the paths.
-WORTH = 0.02
 #: Terms of all equations up to which mixed cells are looked for, and cells that may be looked at (about a second).
 MANY_TERMS = 5_000
 PATIENCE = 100_000
-#: Steps of the search over groupings when mixed cells are known, and when there is nothing better.
-SHORT_SEARCH, LONG_SEARCH = 20_000, 3_000_000
+#: Steps of the search over groupings when there are no mixed cells (about a second).
+SEARCH = 3_000_000
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ def choose_start(system: System, values: Any = None, start: Any = "auto") -> Cho
     if start == "total-degree":
         return Choice(start, system.bezout, "as asked for")
     if start == "multihomogeneous":
-        partition = _partition(system, LONG_SEARCH)
+        partition = _partition(system, SEARCH)
         return Choice(start, partition.bezout, f"as asked for, with {len(partition.groups)} groups", partition)
     if start == "polyhedral":
         cells = mixed_cells(scaled_terms(system, values)[0])
@@ -132,18 +129,18 @@ def _automatic(system: System, values: np.ndarray) -> Choice:
     if degree <= FEW_PATHS:
         return Choice("total-degree", degree, "so few paths need no search for fewer")
     cells, why_not = _cells(system, values)
-    volume = None if cells is None else cells.mixed_volume
-    if volume is not None and volume >= (1 - WORTH) * degree:
-        return Choice("total-degree", degree, f"the mixed volume, {volume}, is hardly less than the total degree")
-    partition = _partition(system, LONG_SEARCH if volume is None else SHORT_SEARCH)
-    enough = volume if volume is not None else degree
-    if (1 - WORTH) * partition.bezout <= enough and partition.bezout < degree:
-        against = f"the mixed volume is {volume}" if volume is not None else f"no mixed volume: {why_not}"
-        reason = f"{len(partition.groups)} groups instead of the total degree {degree}; {against}"
+    if cells is not None:
+        volume = cells.mixed_volume
+        if volume >= degree:
+            return Choice("total-degree", degree, "the mixed volume is no less")
+        # Sparse starts of size one suit a system better than dense products of random linear forms do, even
+        # where a grouping of the unknowns has no more paths; and no grouping has fewer.
+        return Choice("polyhedral", volume, f"the mixed volume; the total degree is {degree}", cells=cells)
+    partition = _partition(system, SEARCH)
+    if partition.bezout < degree:
+        reason = f"{len(partition.groups)} groups; the total degree is {degree}; no mixed volume: {why_not}"
         return Choice("multihomogeneous", partition.bezout, reason, partition)
-    if volume is None:
-        return Choice("total-degree", degree, f"no grouping saves much; no mixed volume: {why_not}")
-    return Choice("polyhedral", volume, f"the mixed volume; the total degree is {degree}", cells=cells)
+    return Choice("total-degree", degree, f"no grouping saves any; no mixed volume: {why_not}")
 
 
 def _cells(system: System, values: np.ndarray) -> tuple[MixedCells | None, str]:
