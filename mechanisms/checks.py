@@ -44,7 +44,8 @@ class Checker:
 
     def fail(self, key: str, message: str) -> NoReturn:
         """Refuse, naming the file and the key."""
-        raise TaskError(f"{self.where}: {key}: {message}" if key else f"{self.where}: {message}")
+        place = f"{_plain(self.where)}: {_plain(key)}" if key else _plain(self.where)
+        raise TaskError(f"{place}: {message}")
 
     def number(self, value: Any, key: str) -> float:
         """A finite number of usable size; a text or a truth value is none."""
@@ -95,6 +96,12 @@ class Checker:
             if f"{plain}_deg" in angles:
                 self.fail(place, f"an angle needs its unit; did you mean {plain}_deg (in degrees)?")
             self.fail(place, f"unknown key; {suggest(str(name), known)}")
+
+
+def _plain(text: Any) -> str:
+    """A name out of a file as it may stand in a message, on one line and not endless."""
+    words = "".join(letter if letter.isprintable() else "?" for letter in str(text))
+    return words if len(words) <= 120 else words[:119] + "…"
 
 
 def short(value: Any) -> str:

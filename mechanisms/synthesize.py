@@ -294,7 +294,7 @@ def _ledger(solved: Sequence[Solved]) -> dict[str, int]:
 
 
 def _all_roots(solved: Sequence[Solved], stopped: bool, freedom: str = "") -> dict[str, Any]:
-    """The counts of the JSON output over all systems that were solved; `freedom` stands for infinitely many roots."""
+    """The counts of the JSON output over all systems that were solved; `freedom`: infinitely many roots."""
     if not solved and freedom:
         counts = dict.fromkeys(("count", "real", "certified", "certified_real"), 0)
         return {**counts, "complete": None, "evidence": freedom}

@@ -65,6 +65,8 @@ TRIVIAL = (
 TRIVIAL_DISTANCE = 1e-7
 #: A body that turns less than this, in radians, in both moves is translated.
 TRANSLATION = 1e-9
+#: A link this many times as long as the task is wide is no link.
+INFINITE = 1e6
 #: Newton steps from the solver's accuracy to far more than double precision, and the digits they are done with.
 POLISH_STEPS, POLISH_DIGITS = 3, 40
 
@@ -187,7 +189,7 @@ class Watt2TwoEffectors(Family):
                 yield Candidate(found, reasons=("complex",))
                 continue
             root, beta, dyad1, dyad2 = found
-            if max(abs(complex(v)) for v in (*dyad1, *dyad2)) > 1e9 * task.size or abs(turn(beta)) < 1e-9:
+            if max(abs(complex(v)) for v in (*dyad1, *dyad2)) > INFINITE * task.size or abs(turn(beta)) < 1e-9:
                 yield Candidate(
                     root, {"beta2": beta}, reasons=("degenerate",), note="crank stands still", angles=ANGLES
                 )
@@ -247,7 +249,7 @@ def _candidate(
         alpha=_rotations(task, "P"),
         gamma=_rotations(task, "Q"),
     )
-    if not np.all(np.isfinite(vectors)) or np.abs(vectors).max() > 1e9 * task.size:
+    if not np.all(np.isfinite(vectors)) or np.abs(vectors).max() > INFINITE * task.size:
         reason = "a free dyad is not determined by its angles (its determinant vanishes)"
         return Candidate(root, _angles(beta), reasons=("degenerate",), note=reason, angles=ANGLES)
     extra: dict[str, Any] = {} if share is None else {"defect_free_share": share, "samples": samples}

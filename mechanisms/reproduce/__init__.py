@@ -21,8 +21,8 @@ PAPERS: dict[str, tuple[str, str]] = {
     ),
     "suarez": (
         "mechanisms.reproduce.suarez",
-        "H. A. Suárez-Velásquez, J. J. Cervantes-Sánchez, J. M. Rico-Martínez, Synthesis of a novel planar linkage to "
-        "visit up to eight poses",
+        "H. A. Suárez-Velásquez, J. J. Cervantes-Sánchez, J. M. Rico-Martínez, "
+        "Synthesis of a novel planar linkage to visit up to eight poses",
     ),
 }
 
