@@ -22,6 +22,8 @@ ROOM = 20_000
 #: Relative slack for round-off when asking whether a configuration is in a tube.
 ROUND_OFF = 1e-7
 
+#: Residual of a configuration that rounding alone explains.
+EXACT = 2e-15
 #: A rate below this all along a circuit is zero: the link does not move on it (a kite folded on its crank).
 STILL = 1e-9
 #: Length that an open trace may lose at the end where it is begun again; beyond it waits a double point.
@@ -188,6 +190,8 @@ def settle(closure: Closure, x: np.ndarray, steps: int = 20) -> tuple[np.ndarray
         close.
     """
     start, x = x, np.array(x, dtype=float)
+    if np.abs(closure.residual(x)).max() < EXACT:
+        return x, 0.0
     for _ in range(steps):
         change = np.linalg.lstsq(closure.jacobian(x), -closure.residual(x), rcond=1e-13)[0]
         x = x + change
