@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers.from_sympy import program_from_sympy
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.kernel.reference import REACHED, Settings
@@ -30,6 +31,10 @@ from solvers.tracking import engine_of
 PASS = 1e-6
 #: Legs of monodromy for the points of the other line.
 MOST_LEGS = 60
+#: A point has arrived when the last Newton step is below this, relative.
+LAST_STEP = 1e-8
+#: Rounds along other arcs for points that were lost while s moved.
+AGAIN = 8
 #: Two quiet legs and a failed test so many times in a row end the search: points are missing for good.
 PATIENCE = 12
 
@@ -92,11 +97,11 @@ def trace_test(
     if group is not None:
         group = Group([curve.lift(generator) for generator in group.generators], curve.start[:1], curve.origin)
     first = curve.move(curve.start, curve.origin, curve.base)
+    first = first[np.isfinite(first[:, 0])]
     columns = roots.shape[1] + 1
     nodes = [_Node(place, PointSet(columns)) for place in (curve.base, curve.slice(1.0))]
     nodes[0].roots.add(first if group is None else group.representatives(first, curve.base))
-    typical = float(np.abs(curve.start).max())
-    search = _Search(curve.engine, nodes, group, rng, jobs, "threads", typical)
+    search = _Search(curve.engine, nodes, group, rng, jobs, "threads", curve.typical)
     quiet = failures = 0
     residual = np.inf
     while len(search.history) < MOST_LEGS and failures < PATIENCE:
@@ -106,11 +111,11 @@ def trace_test(
         if len(search.history) % 2:
             continue
         # The points of the other line lie far and wide: each round goes by way of another hyperbola.
-        nodes[1] = _Node(curve.slice(10 ** rng.uniform(-1.5, 2.5)), PointSet(columns))
+        nodes[1] = _Node(curve.slice(10 ** rng.uniform(0.0, 3.0)), PointSet(columns))
         quiet = quiet + 1 if leg.new == 0 else 0
         if leg.new > 0.001 * leg.known:
             continue
-        residual = curve.residual(nodes[0].roots.points)
+        residual = curve.residual(nodes[0].roots.points, group)
         if residual < PASS:
             break
         failures += quiet > 0
@@ -135,11 +140,12 @@ class _Curve:
             node = builder.constant(p)
             values.append(builder.add(node, builder.multiply(t, builder.constant(v))) if v else node)
         equations = system.program.embed(builder, x, values)
+        # The unknowns as parameters: u may be rational in them, and must not lose its denominator.
+        self.u_of = program_from_sympy((invariant,), (), system.unknowns)[1] if invariant is not None else None
         u = x[0]
-        if invariant is not None:
-            u = System([invariant], system.unknowns).program.embed(builder, x, [])[0]
+        if self.u_of is not None:
+            u = self.u_of.embed(builder, [], x)[0]
         tau, c, s = (builder.parameter(k) for k in range(3))
-        self.u_of = System([invariant], system.unknowns).program if invariant is not None else None
         hyperbola = builder.sub(builder.multiply(builder.sub(t, tau), builder.sub(u, c)), s)
         program = builder.finish({"F": [*equations, hyperbola]})
         heights = self.u(roots)
@@ -150,6 +156,7 @@ class _Curve:
         self.base = self.slice(0.5)
         self.origin = np.array([0.0, self.slice(0.5)[1], 0.0], np.complex128)
         self.step = 0.3 * self.slice(0.5)[2]
+        self.typical = float(np.abs(self.start).max())
         self.engine: Engine = engine_of(parameter_homotopy(program, self.origin, self.base, self.start))
 
     def lift(self, symmetry: Any) -> Any:
@@ -171,35 +178,45 @@ class _Curve:
         """The function u at points (x, …)."""
         if self.u_of is None:
             return points[:, 0]
-        return np.asarray(self.u_of.replay(list(points.T[: self.u_of.unknowns]))["F"][0])
+        return np.asarray(self.u_of.replay([], list(points.T[: self.u_of.parameters]))["F"][0])
 
     def move(self, points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Points carried along a straight line; careful again where a path fails. Lost ones are left out."""
-        settings = Settings()
-        done = self.engine.track(points, end, start - end, settings=settings)
-        x, lost = done.x, np.flatnonzero((done.status != REACHED) | (done.quality > 1e-8))
-        for _ in range(2):
-            if not lost.size:
-                break
-            settings = settings.tighter()
-            again = self.engine.track(points[lost], end, start - end, settings=settings, pivoted=True)
-            good = (again.status == REACHED) & (again.quality < 1e-8)
-            x[lost[good]] = again.x[good]
-            lost = lost[~good]
-        keep = np.ones(len(points), bool)
-        keep[lost] = False
-        return x[keep]
+        """Points carried along a straight line; rows that are lost are NaN."""
+        done = self.engine.track(points, end, start - end, settings=Settings())
+        lost = (done.status != REACHED) | (done.quality > LAST_STEP)
+        return np.where(lost[:, None], np.nan, done.x)
 
-    def residual(self, points: np.ndarray) -> float:
-        """Second differences of the sums of u, t and ut as s moves, beside those of single points."""
-        moved = [points]
+    def residual(self, points: np.ndarray, group: Group | None) -> float:
+        """Second differences of the sums of u, t and ut as s moves, beside those of single points.
+
+        A path that is lost on the way leaves its end unknown; the whole set goes again along arcs until as many
+        points are known there as here.
+        """
+        paired, sums = [self._heights(points)], [self._heights(points).sum(axis=1)]
         for k in (1, 2):
             target = self.base + np.array([0, 0, k * self.step])
-            ends = self.move(points, self.base, target)
-            if len(ends) < len(points):
+            straight = self.move(points, self.base, target)
+            paired.append(self._heights(straight))
+            known = PointSet(points.shape[1])
+            ends = straight[np.isfinite(straight[:, 0])]
+            known.add(ends if group is None else group.representatives(ends, target))
+            for _ in range(AGAIN):
+                if len(known) >= len(points):
+                    break
+                bend = np.exp(1j * self._rng.uniform(0.3, np.pi - 0.3) * self._rng.choice([-1, 1]))
+                from solvers.monodromy import carry
+
+                ends = carry(self.engine, points, self.base, target, bend, typical=self.typical)
+                known.add(ends if group is None else group.representatives(ends, target))
+            if len(known) != len(points):
                 return float("inf")
-            moved.append(ends)
-        traces = [np.stack([self.u(x), x[:, -1], self.u(x) * x[:, -1]]) for x in moved]
-        second = traces[0] - 2 * traces[1] + traces[2]
-        size = np.sqrt((np.abs(second) ** 2).sum(axis=1))
-        return float((np.abs(second.sum(axis=1)) / np.maximum(size, 1e-300)).max())
+            sums.append(self._heights(known.points).sum(axis=1))
+        second = paired[0] - 2 * paired[1] + paired[2]
+        size = np.sqrt(np.nansum(np.abs(second) ** 2, axis=1))
+        defect = np.abs(sums[0] - 2 * sums[1] + sums[2])
+        return float((defect / np.maximum(size, 1e-300)).max())
+
+    def _heights(self, points: np.ndarray) -> np.ndarray:
+        """u, t and ut, shape (3, n)."""
+        u, t = self.u(points), points[:, -1]
+        return np.stack([u, t, u * t])
