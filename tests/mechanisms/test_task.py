@@ -160,6 +160,7 @@ BAD = [
     ("solve.sed", 1, "did you mean seed?"),
     ("solve.start", "total", "there is no start system"),
     ("solve.samples", 1, "is not a whole number from 16"),
+    ("solve.\n\x1b[31m", 1, "solve.??[31m: unknown key"),
 ]
 
 
