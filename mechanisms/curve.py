@@ -16,9 +16,9 @@ import numpy as np
 from mechanisms.closure import Closure
 from mechanisms.linkage import LinkageError
 
-#: Nodes of one trace. A circuit of a four-bar has about 25, of a six-bar about 100, near a double point
+#: Nodes of one trace. A four-bar has about 25, a six-bar 200, one of extreme dimensions thousands.
 #: thousands.
-ROOM = 20_000
+ROOM = 100_000
 #: Relative slack for round-off when asking whether a configuration is in a tube.
 ROUND_OFF = 1e-7
 

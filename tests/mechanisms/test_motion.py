@@ -16,6 +16,7 @@ from motion_zoo import (
     wanzer,
     watt2_poses,
 )
+from test_closure import geared_five_bar, slider_crank
 
 from mechanisms.branches import Branches
 from mechanisms.closure import Closure
@@ -289,3 +290,31 @@ def test_a_kites_crank_does_not_move_where_it_is_folded_on_the_frame():
     turns = [{"crank": 0.0, "coupler": a, "follower": a} for a in (0.0, 0.3)]
     assert judge(folded, Input("crank"), turns).reasons == ("branch",)
     assert judge(folded, Input("follower"), turns).reasons == ()
+
+
+def test_a_slider_may_be_the_input():
+    linkage = slider_crank()
+    circuit = trace(Closure.of(linkage))
+    start = circuit.locate(np.zeros(3))
+    places = (start + np.array([0.0, 1.0, 2.0])) % circuit.arcs
+    turned = circuit.closure.link_rotations(circuit.at(places)[0])
+    poses = [{link: float(angle[j]) for link, angle in turned.items()} for j in range(3)]
+    verdict = judge(linkage, "block", poses)
+    assert verdict.reasons == ()
+    assert not verdict.full_rotation
+    low, high = verdict.input_range  # of the block: it stands at 3.5, and the rod is |BC| long
+    rod = linkage.length("rod", "B", "C")
+    assert (3.5 + low, 3.5 + high) == pytest.approx((rod - 1, rod + 1), abs=1e-9)
+    assert judge(linkage, "crank", poses).full_rotation
+
+
+def test_a_geared_five_bar_may_need_more_than_one_turn():
+    linkage = geared_five_bar()
+    circuit = trace(Closure.of(linkage))
+    turns = np.abs(np.round(circuit.turns(), 9))
+    assert turns[0] in (0, 2)  # wheel 4 makes three turns while wheel 1 makes two
+    turned = circuit.closure.link_rotations(circuit.at(np.array([0.0, 3.0, 6.0]))[0])
+    poses = [{link: float(angle[j]) for link, angle in turned.items()} for j in range(3)]
+    verdict = judge(linkage, "1", poses)
+    assert verdict.same_circuit
+    assert verdict.full_rotation == (Branches.of(circuit, Input("1")).endless)
