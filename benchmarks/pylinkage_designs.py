@@ -32,7 +32,7 @@ def sample_task(rng: np.random.Generator, count: int) -> dict:
     """Poses of a random four-bar in order on one branch, and its pivots at the first pose."""
     while True:
         o1, o2, a1, a2, p = rng.uniform(-1, 1, 5) + 1j * rng.uniform(-1, 1, 5)
-        crank, coupler, rocker = abs(a1 - o1), abs(a2 - a1), abs(a2 - o2)
+        coupler, rocker = abs(a2 - a1), abs(a2 - o2)
         side = np.sign(((a2 - a1).conjugate() * (a2 - o2)).imag)
         travel = math.radians(rng.uniform(*TRAVEL)) * rng.choice([-1, 1])
         tips = o1 + (a1 - o1) * np.exp(1j * np.linspace(0, travel, 200))
@@ -72,10 +72,8 @@ def main(path: str) -> None:
             [Pose(*pose) for pose in task["poses"]], max_solutions=DESIGNS, require_grashof=False
         )
         seconds = time.perf_counter() - begun
-        designs = [
-            [list(map(float, pivot)) for pivot in (s.ground_pivot_a, s.crank_pivot_b, s.ground_pivot_d, s.coupler_pivot_c)]
-            for s in result.raw_solutions
-        ]  # fmt: skip
+        names = ("ground_pivot_a", "crank_pivot_b", "ground_pivot_d", "coupler_pivot_c")
+        designs = [[list(map(float, getattr(s, name))) for name in names] for s in result.raw_solutions]
         rows.append({**task, "designs": designs, "seconds": round(seconds, 4)})
     document = {
         "command": "python benchmarks/pylinkage_designs.py notebooks/data/pylinkage_designs.json",

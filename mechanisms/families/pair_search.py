@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mechanisms.families.base import Candidate
 from mechanisms.families.dyad_pairs import both_sides, four_bar_verdicts, pair_candidate
-from mechanisms.families.dyad_pools import DyadPool
+from mechanisms.families.dyad_pools import FAR, DyadPool
 from mechanisms.families.motion_dyads import Poses
 
 __all__ = ["PairTable", "judge_pairs", "search_candidates"]
@@ -69,9 +69,35 @@ def judge_pairs(poses: Poses, first: DyadPool, second: DyadPool) -> PairTable:
     sides: list[dict[str, NDArray[Any]]] = []
     for side in range(2):
         keys = parts[0][side] if parts else ()
-        sides.append({key: np.concatenate([part[side][key] for part in parts]).reshape(shape) for key in keys})
+        table = {key: np.concatenate([part[side][key] for part in parts]).reshape(shape) for key in keys}
+        if keys:
+            angle = table["min_transmission_deg"]
+            table["min_transmission_deg"] = _in_blocks(poses, (first, second), side, angle)
+        sides.append(table)
     ratio = np.concatenate(ratios).reshape(shape) if ratios else np.zeros(shape)
     return PairTable(sides[0], sides[1], ratio)
+
+
+def _in_blocks(
+    poses: Poses, pools: tuple[DyadPool, DyadPool], side: int, angle: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Transmission angles where a crank drives a body that slides in a block.
+
+    The joints of the follower are the block's pivot O and a slide; its angle μ is that between the line A–O from
+    the crank's pin and the normal of the slide, cos μ = h/|A − O| with h the constant distance of O from the line
+    through A along the slide.  The far pivot of the pool gives the angle s/R instead, R its distance and
+    s² = |A − O|² − h².
+    """
+    crank, block = pools[side], pools[1 - side]
+    shift = crank.moving[:, None] - block.fixed
+    with np.errstate(invalid="ignore"):
+        h = np.abs((shift * np.conj(block.lines)).imag)
+        far = angle if side == 0 else angle.T
+        s = FAR * poses.size * np.sin(np.radians(far))
+        better = np.degrees(np.arctan2(s, h))
+        slides = (crank.kinds == "RR")[:, None] & (block.kinds == "RP")
+        result = np.where(slides & (far > 0), better, far)
+    return result if side == 0 else result.T
 
 
 def _link_ratio(fixed: Any, moving: Any, kinds: Any, size: float) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import pair_linkage
 from mechanisms.families.dyad_pools import Region, curve_pool, sampled_pool
 from mechanisms.families.motion_dyads import Poses
+from mechanisms.families.pair_search import judge_pairs
 from mechanisms.families.solution_map import BRANCH, CIRCUIT, ORDER, SolutionMap
 from mechanisms.motion import judge
 
@@ -88,6 +89,35 @@ def test_every_dyad_of_a_pool_carries_the_body():
     four = curve_pool(CircleCurve(Poses.of(LIFT)), 60, ANY, ANY)
     assert set(four.kinds) == {"RR", "PR", "RP"}
     assert max(four.dyad(k).errors(Poses.of(LIFT)).max() for k in range(len(four))) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("kind", "rows"),
+    [("PR", LIFT), ("RP", [(0, 0, 0), (1, 0.2, 27), (1.8, -0.1, 47), (2.5, -0.3, 62)])],
+    ids=["PR", "RP"],
+)
+def test_sliders_are_judged_in_closed_form_as_by_the_general_judge(kind, rows):
+    poses = Poses.of(rows)
+    pool = curve_pool(CircleCurve(poses), 60, ANY, ANY)
+    table = judge_pairs(poses, pool, pool)
+    (slider,) = np.flatnonzero(pool.kinds == kind)
+    usable = 0
+    for crank in np.flatnonzero(pool.kinds == "RR"):
+        if abs(pool.fixed[crank]) + abs(pool.moving[crank]) > 20 * poses.size:
+            continue
+        linkage, configurations = pair_linkage(poses, pool.dyad(crank), pool.dyad(slider))
+        verdict = judge(linkage, "crank", configurations)
+        for key in ("same_circuit", "same_branch", "in_order", "full_rotation"):
+            assert bool(table.driven_first[key][crank, slider]) == getattr(verdict, key)
+            assert bool(table.driven_second[key][slider, crank]) == getattr(verdict, key)
+        if verdict.in_order:
+            usable += 1
+            for angle in (
+                table.driven_first["min_transmission_deg"][crank, slider],
+                table.driven_second["min_transmission_deg"][slider, crank],
+            ):
+                assert abs(angle - verdict.min_transmission_deg) < 0.2
+    assert usable > 15
 
 
 def test_four_poses_give_designs_free_of_defects():
