@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 __all__ = ["motion_needs_compiling", "showing_progress"]
 
@@ -23,7 +24,8 @@ def motion_needs_compiling() -> bool:
     from mechanisms import tube
 
     try:
-        return not Path(tube.trace._cache._cache_file._index_path).exists()
+        cache: Any = getattr(tube.trace, "_cache")  # noqa: B009
+        return not Path(cache._cache_file._index_path).exists()
     except AttributeError:
         return False
 
@@ -58,16 +60,17 @@ def _bar() -> Iterator[Callable[[str, int, int], None]]:
 
 
 def _lines() -> Callable[[str, int, int], None]:
-    last = ["", 0.0]
+    last, spoken = "", 0.0
 
     def progress(what: str, done: int, total: int) -> None:
+        nonlocal last, spoken
         now = time.monotonic()
-        if what != last[0]:
+        if what != last:
             print(what, file=sys.stderr, flush=True)
-        elif now - float(last[1]) > PATIENCE and total > 1:
+        elif now - spoken > PATIENCE and total > 1:
             print(f"{what}: {done} of {total}", file=sys.stderr, flush=True)
         else:
             return
-        last[:] = [what, now]
+        last, spoken = what, now
 
     return progress

@@ -105,7 +105,7 @@ class Problem:
     """
 
     system: System
-    parameters: Sequence[complex] = ()
+    parameters: Sequence[complex] | NDArray[np.complex128] = ()
     finite: int | None = None
     trivial: int = 0
     start: str | Solutions = "auto"
