@@ -94,6 +94,11 @@ class Ends:
     ticks : ndarray of int
     why : dict of int to str
         Row to what happened, for the failed.
+    mark : ndarray, complex
+        A fingerprint of where a path was at the first radius; not a number for one that has gone straight to its
+        end, or was lost before. Two paths with one mark are one path.
+    typical : float
+        Typical size of the unknowns, which tells what is near the origin.
     """
 
     x: np.ndarray
@@ -102,10 +107,16 @@ class Ends:
     condition: np.ndarray
     ticks: np.ndarray
     why: dict[int, str] = field(default_factory=dict)
+    mark: np.ndarray = None  # type: ignore[assignment]
+    typical: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.mark is None:
+            self.mark = np.full(len(self.x), np.nan, np.complex128)
 
     def replace(self, rows: np.ndarray, other: Ends) -> None:
         """Put the results of tracking `rows` again in place of the old ones."""
-        for name in ("x", "kind", "winding", "condition"):
+        for name in ("x", "kind", "winding", "condition", "mark"):
             getattr(self, name)[rows] = getattr(other, name)
         self.ticks[rows] += other.ticks
         for row in rows.tolist():
@@ -145,6 +156,9 @@ def finish(
     walk = _Walk(engine, equations, target, direction, settings, ends)
     radius = FIRST_RADIUS
     rows, points = walk.advance(np.arange(count), ends.x, 1.0, radius)
+    if rows.size:
+        there = newton(walk.program, points, target + radius * direction, walk.typical, steps=2)[0]
+        ends.mark[rows] = fingerprints(there, ORIGIN * walk.typical)
     for _ in range(RADII):
         if not rows.size:
             break
@@ -375,6 +389,18 @@ class _Walk:
 def _homogeneous(x: np.ndarray) -> np.ndarray:
     """(x, 1): a point of projective space."""
     return np.concatenate([x, np.ones((len(x), 1))], axis=1)
+
+
+def fingerprints(x: np.ndarray, floor: float) -> np.ndarray:
+    """One complex number for each point, made of the logarithms and the directions of its coordinates.
+
+    Each coordinate counts with its own relative error, so that on the way to infinity a large one does not hide
+    the small ones in which two paths differ. Coordinates below `floor` count as zero.
+    """
+    rng = np.random.default_rng(1991)
+    first, second = rng.normal(size=(2, x.shape[1])) + 1j * rng.normal(size=(2, x.shape[1]))
+    size = np.abs(x) + max(floor, 1e-300)
+    return np.asarray(np.log(size) @ first + (x / size) @ second)
 
 
 def newton_step(

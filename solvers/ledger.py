@@ -1,9 +1,11 @@
 """Every path in exactly one class, and a second look at every path that gives reason for doubt.
 
 Two paths that end on one regular root cannot both be right: in a homotopy with random γ distinct paths have
-distinct regular ends. Such a clash betrays a jump from one path to another, the only way in which a root can go
-missing without a failure being seen. Clashing and failed paths climb a ladder: tighter steps, tighter still,
-double-double arithmetic. What fails on the last rung is reported, path by path, never dropped.
+distinct regular ends. Nor can two paths be at one point half way: the endgame notes where each path that goes to a
+singular end or to infinity has been at its first radius, since these may rightly end together. Such a clash betrays
+a jump from one path to another, the only way in which a root can go missing without a failure being seen. Clashing
+and failed paths climb a ladder: tighter steps, tighter still, double-double arithmetic. What fails on the last rung
+is reported, path by path, never dropped.
 """
 
 from __future__ import annotations
@@ -13,24 +15,29 @@ from typing import Any
 
 import numpy as np
 
-from solvers.endgame import FAILED, REGULAR, Ends
+from solvers.endgame import FAILED, ORIGIN, REGULAR, Ends
 
 #: Two regular ends nearer than this, relative, or than their own uncertainty, are one root.
 SAME_ROOT = 1e-9
 #: The uncertainty of an end is about the rounding unit times its condition number; ten times that is kept.
 UNCERTAINTY = 2e-15
+#: Marks of two paths that agree to this precision, relative, are of one path.
+SAME_PATH = 1e-8
 
 
-def pairs_of_equals(points: np.ndarray, tolerance: np.ndarray | float, seed: int = 0) -> np.ndarray:
+def pairs_of_equals(
+    points: np.ndarray, tolerance: np.ndarray | float, seed: int = 0, floor: float = 1e-300
+) -> np.ndarray:
     """Pairs (i, j), i < j, of points that agree within a relative tolerance, shape (pairs, 2).
 
+    Points smaller than `floor` are compared as if they were of that size: relative to itself nothing equals zero.
     Points are sorted by a random real functional and compared in a sliding window, so the cost grows like
     n log n and not like n².
     """
     count, size = points.shape
     if count < 2:
         return np.zeros((0, 2), np.int64)
-    scale = np.maximum(np.abs(points).max(axis=1), 1e-300)
+    scale = np.maximum(np.abs(points).max(axis=1), floor)
     allowed = np.broadcast_to(np.asarray(tolerance, float), (count,)) * scale
     rng = np.random.default_rng(seed + 4)
     functional = rng.normal(size=size) + 1j * rng.normal(size=size)
@@ -59,10 +66,25 @@ def doubtful(ends: Ends) -> np.ndarray:
 
 
 def clashing(ends: Ends) -> np.ndarray:
-    """Rows of regular ends that are not alone at their root."""
+    """Rows of regular ends that are not alone at their root, and of paths that are not alone on their way."""
+    return np.unique(_clashes(ends))
+
+
+def _clashes(ends: Ends) -> np.ndarray:
+    """Pairs of rows (i, j), i < j, that clash, shape (pairs, 2)."""
     rows = np.flatnonzero(ends.kind == REGULAR)
     tolerance = np.maximum(SAME_ROOT, UNCERTAINTY * ends.condition[rows])
-    return rows[np.unique(pairs_of_equals(ends.x[rows], tolerance))]
+    pairs = rows[pairs_of_equals(ends.x[rows], tolerance, floor=max(ORIGIN * ends.typical, 1e-300))]
+    marked = np.flatnonzero(np.isfinite(ends.mark) & (ends.kind != FAILED))
+    crossed = marked[pairs_of_equals(ends.mark[marked, None], SAME_PATH, floor=1.0)]
+    return np.concatenate([pairs, crossed])
+
+
+def settle(ends: Ends) -> None:
+    """Mark all but the first member of each clash as failed: one of them is right, the others have lost their own."""
+    for row in np.unique(_clashes(ends)[:, 1]).tolist():
+        ends.kind[row] = FAILED
+        ends.why[row] = "ends on the same root as another path, or runs with it, on every rung of the ladder"
 
 
 def climb(
@@ -93,8 +115,5 @@ def climb(
         if report is not None:
             report(name, len(rows))
         ends.replace(rows, track(rows))
-    for row in clashing(ends):
-        # Still two paths on one root after the last rung: one of them has lost its own.
-        ends.kind[row] = FAILED
-        ends.why[int(row)] = "ends on the same root as another path on every rung of the ladder"
+    settle(ends)
     return used

@@ -416,7 +416,8 @@ class _Memory:
             node = self.search.nodes[int(kept["node"][0])]
             node.roots.add(kept["points"])
             numbers = kept["leg"]
-            self.search.history.append(Leg(*(int(v) for v in numbers[:4]), float(numbers[4])))
+            carried, arrived, new, size = (int(v) for v in numbers[:4])
+            self.search.history.append(Leg(carried, arrived, new, size, float(numbers[4])))
             self.search.tracked += int(numbers[0])
             self.search.lost += int(numbers[0] - numbers[1])
             self.search.rng.uniform(0.3, np.pi - 0.3)

@@ -135,7 +135,7 @@ class Group:
         self.words: list[tuple[int, ...]] = [()]
         orbit = PointSet(probe.shape[1], tolerance)
         orbit.add(probe)
-        waiting = [((), probe)]
+        waiting: list[tuple[tuple[int, ...], np.ndarray]] = [((), probe)]
         while waiting:
             word, point = waiting.pop(0)
             for k, generator in enumerate(self.generators):

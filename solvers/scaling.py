@@ -81,7 +81,7 @@ def scales_of_terms(expanded: Terms) -> Scales:
     blocks.append(INERTIA * np.eye(columns + rows))
     sides.append(np.zeros(columns + rows))
     solution = np.linalg.lstsq(np.vstack(blocks), np.concatenate(sides), rcond=None)[0]
-    powers: np.ndarray = np.clip(np.round(solution), -LARGEST_EXPONENT, LARGEST_EXPONENT)
+    powers = np.asarray(np.clip(np.round(solution), -LARGEST_EXPONENT, LARGEST_EXPONENT), np.float64)
     unknowns = np.exp2(powers[:columns])
     equations = np.exp2(powers[columns:])
     return Scales(unknowns, equations)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -12,7 +13,7 @@ import numpy as np
 
 from solvers import ledger, parallel
 from solvers.endgame import FAILED, Ends, finish
-from solvers.homotopy import Homotopy
+from solvers.homotopy import Homotopy, Listed
 from solvers.kernel.engine import Engine, make_engine
 from solvers.kernel.reference import Settings
 from solvers.tape import Program
@@ -64,16 +65,16 @@ def track_all(
     settings = settings or Settings()
     engine = engine_of(homotopy)
     ends = _empty(homotopy.starts.count, homotopy.program.unknowns)
+    ends.typical = engine.size
     stage = f"paths {digest(homotopy)}"
     chunks = parallel.cut(homotopy.starts.count)
-    kept = run.checkpoint.chunks(stage) if run.checkpoint is not None else {}
-    for number, arrays in kept.items():
-        if number < len(chunks):
-            ends.replace(chunks[number], _from_arrays(arrays))
+    kept = _kept(run, stage, chunks, homotopy.program.unknowns)
+    for number, part in kept.items():
+        ends.replace(chunks[number], part)
     tasks = [(n, (engine, homotopy, chunk, settings)) for n, chunk in enumerate(chunks) if n not in kept]
     done = homotopy.starts.count - sum(len(chunks[number]) for number, _ in tasks)
-    run.say(homotopy.name, done, homotopy.starts.count)
     try:
+        run.say(homotopy.name, done, homotopy.starts.count)
         for number, part in parallel.run(_track_chunk, tasks, run.jobs, run.backend):
             ends.replace(chunks[number], part)
             if run.checkpoint is not None:
@@ -83,6 +84,7 @@ def track_all(
         rungs = _rungs(engine, homotopy, settings) if ladder else iter(())
         used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n))
     except KeyboardInterrupt:
+        ledger.settle(ends)
         raise Interrupted(ends) from None
     return ends, used
 
@@ -121,10 +123,13 @@ def digest(homotopy: Homotopy) -> str:
     """A name for one computation: the same program, parameters, start and seed have the same digest."""
     state = hashlib.sha256()
     program = homotopy.program
-    for array in (program.code, homotopy.start, homotopy.target):
+    for array in (program.code, program.outputs["F"], homotopy.start, homotopy.target):
         state.update(np.ascontiguousarray(array).tobytes())
-    state.update(repr((program.constants, homotopy.name, homotopy.starts.count, homotopy.seed)).encode())
-    first = homotopy.starts.points(np.arange(min(4, homotopy.starts.count)))
+    sizes = (program.unknowns, program.parameters, homotopy.starts.count)
+    state.update(repr((program.constants, homotopy.name, homotopy.kind, sizes, homotopy.seed)).encode())
+    # Starts that are made by a rule follow from what is above; a list can differ anywhere.
+    listed = isinstance(homotopy.starts, Listed)
+    first = homotopy.starts.points(np.arange(homotopy.starts.count if listed else min(4, homotopy.starts.count)))
     state.update(np.ascontiguousarray(first).tobytes())
     return state.hexdigest()[:24]
 
@@ -161,6 +166,10 @@ class _Options:
         return self._engine.track(*arguments, **{**keywords, **self._options})
 
 
+#: What the run file holds of each path, and beside it the reasons of failures.
+_STORED = ("x", "kind", "winding", "condition", "ticks", "mark")
+
+
 def _empty(count: int, size: int) -> Ends:
     return Ends(
         x=np.full((count, size), np.nan, np.complex128),
@@ -172,9 +181,21 @@ def _empty(count: int, size: int) -> Ends:
 
 
 def _to_arrays(ends: Ends) -> dict[str, np.ndarray]:
-    names = ("x", "kind", "winding", "condition", "ticks")
-    return {name: getattr(ends, name) for name in names}
+    arrays = {name: getattr(ends, name) for name in _STORED}
+    arrays["why"] = np.frombuffer(json.dumps(list(ends.why.items())).encode(), np.uint8)
+    return arrays
 
 
-def _from_arrays(arrays: dict[str, np.ndarray]) -> Ends:
-    return Ends(**arrays)
+def _kept(run: Run, stage: str, chunks: list[np.ndarray], unknowns: int) -> dict[int, Ends]:
+    """Chunks that an earlier run has finished. What does not fit (another version's chunks) is tracked again."""
+    kept = {}
+    stored = {} if run.checkpoint is None else run.checkpoint.chunks(stage)
+    for number, arrays in stored.items():
+        if number < len(chunks) and set(arrays) == {*_STORED, "why"}:
+            count = len(chunks[number])
+            shapes = {name: (count, unknowns) if name == "x" else (count,) for name in _STORED}
+            if all(arrays[name].shape == shape for name, shape in shapes.items()):
+                why = {int(row): str(text) for row, text in json.loads(bytes(arrays["why"]))}
+                x, kind, winding, condition, ticks = (arrays[name] for name in _STORED)
+                kept[number] = Ends(x, kind, winding, condition, ticks, why=why)
+    return kept

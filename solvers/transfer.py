@@ -52,6 +52,7 @@ def _transfer_orbits(
     system: System, known: Solutions, values: np.ndarray, run: Run, seed: int
 ) -> tuple[Homotopy, Ends, dict[str, int]]:
     """Carry one root of each orbit; the others are its images at the new parameters."""
+    assert known.group is not None and known.orbit is not None
     _, first = np.unique(known.orbit, return_index=True)
     chosen = replace(known, points=known.points[first], group=None, orbit=None)
     homotopy, ends, rungs = _transfer(system, chosen, values, run, seed, known.group)
