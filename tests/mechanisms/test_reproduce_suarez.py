@@ -20,7 +20,7 @@ def test_all_printed_equations_agree_with_the_geometry():
 def test_second_example_to_all_digits():
     """Looked up among all trammels and all four-bars; defect-free when it is moved."""
     found = suarez._example(7)
-    assert Counter(item.verdict for item in found) == {"agrees": 16, "misprint": 1, "inferred": 2}
+    assert Counter(item.verdict for item in found) == {"agrees": 15, "misprint": 1, "inferred": 2}
 
 
 @pytest.mark.slow
