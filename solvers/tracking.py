@@ -196,6 +196,6 @@ def _kept(run: Run, stage: str, chunks: list[np.ndarray], unknowns: int) -> dict
             shapes = {name: (count, unknowns) if name == "x" else (count,) for name in _STORED}
             if all(arrays[name].shape == shape for name, shape in shapes.items()):
                 why = {int(row): str(text) for row, text in json.loads(bytes(arrays["why"]))}
-                x, kind, winding, condition, ticks = (arrays[name] for name in _STORED)
-                kept[number] = Ends(x, kind, winding, condition, ticks, why=why)
+                x, kind, winding, condition, ticks, mark = (arrays[name] for name in _STORED)
+                kept[number] = Ends(x, kind, winding, condition, ticks, why=why, mark=mark)
     return kept
