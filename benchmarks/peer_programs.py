@@ -151,8 +151,9 @@ json.dump({"points": points, "paths": int(solver.num_paths()), "seconds": second
 def bertini2(system: System, timeout: float, precision: str = "double") -> Answer:
     """bertini2, total degree; `precision` is "double" or "amp" (adaptive)."""
     python = _interpreter("BERTINI2_PYTHON", "bertini")
-    names = [f"v{k}" for k in range(len(system.unknowns))]
-    functions = [f"f{k}" for k in range(system.size[0])]
+    # Two digits each: its parser takes v10 for v1 followed by 0.
+    names = [f"v{k:02}" for k in range(len(system.unknowns))]
+    functions = [f"f{k:02}" for k in range(system.size[0])]
     text = f"variable_group {', '.join(names)};\nfunction {', '.join(functions)};\n"
     text += "".join(f"{f} = {s};\n" for f, s in zip(functions, _sums(system, names, "I")))
     return _python(python, _BERTINI, {"text": text, "precision": precision}, timeout)
