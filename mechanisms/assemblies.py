@@ -79,6 +79,8 @@ def assemblies(linkage: Linkage, driven: Input | str, value: float, seed: int = 
     closure = Closure.of(linkage)
     structure = Structure.of(linkage, driven)
     given = _given(closure, driven, value)
+    if not len(start.points):
+        return Assemblies(np.zeros((0, closure.size)), 0, start.ledger)
     solutions = solve(
         _system(structure),
         np.array([*dimensions(structure, closure), *given]),

@@ -24,8 +24,9 @@ from mechanisms.linkage import Input, Linkage
 
 #: Where assemblies are solved: golden parts of a turn, which no symmetric linkage makes special.
 GOLDEN = 0.6180339887498949
-#: How many further values of the input are held against the solver.
-CHECKS = 2
+#: At how many values of the input assemblies are solved: all but the last begin traces (one would do, but
+#: for circuits that go to infinity), and all are held against the traces.
+VALUES = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,8 @@ class Motion:
         return len(set(self.component))
 
     def __repr__(self) -> str:
-        text = f"Motion({self.circuits} circuits, {self.branches} branches"
+        plurals = "s" * (self.circuits != 1), "es" * (self.branches != 1)
+        text = f"Motion({self.circuits} circuit{plurals[0]}, {self.branches} branch{plurals[1]}"
         return text + (", complete)" if self.complete else f"; {' '.join(self.doubts)})")
 
 
@@ -101,7 +103,7 @@ def all_circuits(linkage: Linkage, driven: Input | str, seed: int = 0) -> Motion
     # Assemblies first: a trace is best begun away from the critical points.
     circuits: list[Circuit] = []
     component: list[int] = []
-    for x in [x for found in solved[:1] for x in found.x] + list(dead.x[~dead.double]):
+    for x in [x for found in solved[:-1] for x in found.x] + list(dead.x[~dead.double]):
         if not any(circuit.locate(x) is not None for circuit in circuits):
             pieces = connected(closure, x)
             component += [max(component, default=-1) + 1] * len(pieces)
@@ -114,14 +116,12 @@ def all_circuits(linkage: Linkage, driven: Input | str, seed: int = 0) -> Motion
 def _values(closure: Closure, driven: Input, dead: DeadCentres) -> list[float]:
     """Inputs for the assemblies: anywhere on a turn; between the dead centres for a slider."""
     if not driven.translation:
-        return [math.tau * ((GOLDEN * (k + 1)) % 1.0) for k in range(CHECKS + 1)]
+        return [math.tau * ((GOLDEN * (k + 1)) % 1.0) for k in range(VALUES)]
     low, high = (dead.value.min(), dead.value.max()) if len(dead.value) else (-closure.scale, closure.scale)
-    return [low + (high - low) * ((GOLDEN * (k + 1)) % 1.0) for k in range(CHECKS + 1)]
+    return [low + (high - low) * ((GOLDEN * (k + 1)) % 1.0) for k in range(VALUES)]
 
 
-def _doubts(
-    cut: tuple[Branches, ...], dead: DeadCentres, values: list[float], solved: list[np.ndarray]
-) -> list[str]:
+def _doubts(cut: tuple[Branches, ...], dead: DeadCentres, values: list[float], solved: list[np.ndarray]) -> list[str]:
     doubts = []
     traced = sum(len(branches.cuts) for branches in cut)
     if traced != int((~dead.double).sum()):

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 #: double point.
 DOUBLE = 1e-7
 
-_SYSTEMS: dict[Any, System] = {}
-_GENERIC: dict[Any, Solutions] = {}
+_SYSTEMS: dict[Any, System | None] = {}
+_GENERIC: dict[Any, Solutions | None] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,10 +173,13 @@ def _solve_group(
         standing = {closure.class_of[link] for link in part.links if not stages[link]}
         gears = [max(stages[link] for link in gear.coefficients) == 1 for gear in part.gears]
         ours = [*(closure.loop_stage == 1), *gears]
-        _SYSTEMS[key] = _system(structure, set(moving) - standing, _group_slides(part, stages), ours)
-        _GENERIC[key] = generic(_SYSTEMS[key], structure, part, loops=loops)
+        system = _SYSTEMS[key] = _system(structure, set(moving) - standing, _group_slides(part, stages), ours)
+        _GENERIC[key] = generic(system, structure, part, loops=loops) if system else None
+    system, start = _SYSTEMS[key], _GENERIC[key]
+    if system is None or start is None or not len(start.points):
+        return np.zeros((0, closure.size)), 0, start.ledger if start else Ledger()
     values = np.array(dimensions(structure, closure))
-    solutions = solve(_SYSTEMS[key], values, start=_GENERIC[key], seed=seed, certificates=False)
+    solutions = solve(system, values, start=start, seed=seed, certificates=False)
     points = solutions.points
     if len(solutions.singular):  # a double point is a multiple root
         points = np.concatenate([points, np.asarray(solutions.singular).reshape(-1, points.shape[1])])
@@ -202,8 +205,8 @@ def _distinct(x: np.ndarray) -> np.ndarray:
     return np.array(kept).reshape(-1, x.shape[1])
 
 
-def _system(structure: Structure, moving: set[int], slides: set[int], ours: list[bool]) -> System:
-    """Closure polynomials with those of a group differentiated; only its members have rates."""
+def _system(structure: Structure, moving: set[int], slides: set[int], ours: list[bool]) -> System | None:
+    """Closure polynomials with those of a group differentiated; only its members have rates. None: never dead."""
     import sympy as sp
 
     from solvers.system import System
@@ -231,6 +234,9 @@ def _system(structure: Structure, moving: set[int], slides: set[int], ours: list
         total -= sum(sp.diff(equation, poly.w[k]) * omega[k] * poly.w[k] for k in range(r))
         total += sum(sp.diff(equation, s) * sigma[j] for j, s in poly.s.items())
         moved.append(total)
+    places = {*poly.z[:r], *poly.w[:r], *poly.s.values()}
+    if not any(equation.free_symbols & places for equation in moved):
+        return None  # the group moves alike everywhere (two crossed sliders): it is dead nowhere
     # Any chart that no real direction misses; fixed numbers, for the same roots in every session.
     rng = np.random.default_rng(7)
     chart = sum(complex(*rng.normal(size=2)) * rate for rate in rates) - 1

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechanisms.branches import Branches
+from mechanisms.certified_trace import certify_trace
 from mechanisms.closure import Closure
 from mechanisms.curve import Circuit, need_one_freedom, settle
 from mechanisms.doublepoints import connected
@@ -58,10 +59,11 @@ class Placed:
     circuit_of: tuple[int, ...]
     places: tuple[float, ...]
     moved: tuple[float, ...]
+    certified: bool | None = None
 
     @classmethod
-    def of(cls, linkage: Linkage, poses: Sequence[Pose]) -> Placed:
-        """Trace the circuit through each pose and find the poses on them.
+    def of(cls, linkage: Linkage, poses: Sequence[Pose], certify: bool = False) -> Placed:
+        """Trace the circuit through each pose and find the poses on them; prove the traces if asked to.
 
         Raises
         ------
@@ -85,9 +87,7 @@ class Placed:
                 if number < 0:
                     pieces = connected(closure, x)
                     if not pieces[0].arcs:
-                        raise LinkageError(
-                            f"pose {len(moved) - 1} stands in a double point, where the motion forks"
-                        )
+                        raise LinkageError(f"pose {len(moved) - 1} stands in a double point, where the motion forks")
                     number, place = len(circuits), pieces[0].locate(x) or 0.0
                     component += [max(component, default=-1) + 1] * len(pieces)
                     circuits += pieces
@@ -95,7 +95,9 @@ class Placed:
             places.append(place)
         if circuit_of[0] < 0:
             raise LinkageError("pose 0 does not close the loops of the linkage; the rotations do not belong to it")
-        return cls(linkage, tuple(circuits), tuple(component), tuple(circuit_of), tuple(places), tuple(moved))
+        proved = all(certify_trace(circuit).certified for circuit in circuits) if certify else None
+        found = (tuple(circuits), tuple(component), tuple(circuit_of), tuple(places), tuple(moved))
+        return cls(linkage, *found, certified=proved)
 
     @property
     def circuit_numbers(self) -> tuple[int, ...]:
@@ -134,17 +136,17 @@ class Placed:
         if not same_branch:
             return Verdict(
                 same_circuit, False, False, bool(turns), 0.0, math.inf, 0.0, (low, high),
-                circuits, branch_of, self.moved, notes,
+                circuits, branch_of, self.moved, notes, self.certified,
             )  # fmt: skip
         way = travel if travel is not None else _hull(first, self.places, home)
         transmission = least_transmission(Transmission(self.linkage, driven), first.circuit, way)
         return Verdict(
             True, True, travel is not None, bool(turns), math.degrees(transmission), _speed_ratio(first, way),
-            first.clearance(way, home), (low, high), circuits, branch_of, self.moved, notes,
+            first.clearance(way, home), (low, high), circuits, branch_of, self.moved, notes, self.certified,
         )  # fmt: skip
 
 
-def judge(linkage: Linkage, driven: Input | str, poses: Sequence[Pose]) -> Verdict:
+def judge(linkage: Linkage, driven: Input | str, poses: Sequence[Pose], certify: bool = False) -> Verdict:
     """Judge the motion of a linkage through its poses for one input.
 
     Parameters
@@ -180,21 +182,19 @@ def judge(linkage: Linkage, driven: Input | str, poses: Sequence[Pose]) -> Verdi
     >>> judge(four_bar, Input("follower"), poses).reasons
     ('branch',)
     """
-    return judge_inputs(linkage, {"": driven}, poses)[""]
+    return judge_inputs(linkage, {"": driven}, poses, certify)[""]
 
 
 def judge_inputs(
-    linkage: Linkage, inputs: Mapping[str, Input | str] | None, poses: Sequence[Pose]
+    linkage: Linkage, inputs: Mapping[str, Input | str] | None, poses: Sequence[Pose], certify: bool = False
 ) -> dict[str, Verdict]:
     """Judge several inputs (all of ``linkage.inputs`` if None) with one trace; see :func:`judge`."""
     chosen = dict(linkage.inputs) if inputs is None else dict(inputs)
-    placed = Placed.of(linkage, poses)
+    placed = Placed.of(linkage, poses, certify)
     return {name: placed.judge(_input(linkage, driven)) for name, driven in chosen.items()}
 
 
-def judge_many(
-    linkages: Iterable[Linkage], poses: Iterable[Sequence[Pose]], jobs: int = 1
-) -> list[dict[str, Verdict]]:
+def judge_many(linkages: Iterable[Linkage], poses: Iterable[Sequence[Pose]], jobs: int = 1) -> list[dict[str, Verdict]]:
     """Judge many designs, each with its own poses, for all of its inputs.
 
     Parameters

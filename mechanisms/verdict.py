@@ -39,6 +39,8 @@ class Verdict:
         How far each pose had to move to close the loops exactly, radians or parts of the linkage's size.
     notes : tuple of str
         Sentences about what is wrong or could not be decided.
+    certified : bool or None
+        Whether the traces that this rests on were proved in ball arithmetic; None if that was not asked for.
     """
 
     same_circuit: bool
@@ -53,6 +55,7 @@ class Verdict:
     branches: tuple[int, ...] = ()
     moved: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
+    certified: bool | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the five keys of the JSON output."""

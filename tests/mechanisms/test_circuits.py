@@ -8,7 +8,7 @@ from mechanisms.circuits import all_circuits
 from mechanisms.closure import Closure
 from mechanisms.completions import completions
 from mechanisms.critical import dead_centres
-from mechanisms.linkage import Input
+from mechanisms.linkage import Input, Linkage, PinSlot, Slider
 
 #: Complex and real assemblies at an input: two for each dyad, six for each group of four links with one
 #: loop of four joints (Stephenson II, and III driven at its far dyad).
@@ -174,9 +174,7 @@ def test_what_stands_is_completed_in_every_way():
     standing = {link: float(turned[link]) for link in ("7", "1", "2", "5", "8")}
     rest = completions(linkage, standing)
     alike = [
-        x
-        for x in found.x
-        if np.abs(np.exp(1j * x[[0, 1, 4, 7]]) - np.exp(1j * found.x[0][[0, 1, 4, 7]])).max() < 1e-6
+        x for x in found.x if np.abs(np.exp(1j * x[[0, 1, 4, 7]]) - np.exp(1j * found.x[0][[0, 1, 4, 7]])).max() < 1e-6
     ]
     assert len(rest) == len(alike) == 2
 
@@ -200,3 +198,26 @@ def test_change_points_join_pieces_to_one_circuit(lengths, circuits, doubles):
     assert motion.complete, motion.doubts
     assert motion.circuits == circuits
     assert doubles is None or motion.dead_centres.double.sum() == doubles
+
+
+def test_circuits_that_go_to_infinity_and_groups_that_are_never_dead():
+    """A pin on a straight guide in the slot of an arm; the two crossed sliders of an ellipsograph."""
+    arm = Linkage(
+        {"O": 0, "P": 1j},
+        {"ground": "O", "arm": "O", "block": "P"},
+        sliders=[Slider("ground", "block", 1)],
+        slots=[PinSlot("arm", "P", 1j)],
+        inputs={"arm": Input("arm")},
+    )
+    motion = all_circuits(arm, "arm")
+    assert motion.complete, motion.doubts
+    assert [piece.circuit.ends for piece in motion.pieces] == [("goes to infinity",) * 2] * 2
+    assert np.allclose([piece.range(0)[1] - piece.range(0)[0] for piece in motion.pieces], np.pi, atol=3e-3)
+    ellipsograph = Linkage(
+        {"X": 2, "Y": 1j},
+        {"ground": (), "a": "X", "b": "Y", "rod": "XY"},
+        sliders=[Slider("ground", "a", 1), Slider("ground", "b", 1j)],
+        inputs={"a": Input("a", translation=True), "rod": Input("rod")},
+    )
+    assert repr(all_circuits(ellipsograph, "rod")) == "Motion(1 circuit, 1 branch, complete)"
+    assert repr(all_circuits(ellipsograph, "a")) == "Motion(1 circuit, 2 branches, complete)"

@@ -35,6 +35,8 @@ def test_the_published_modified_wanzer_designs_are_free_of_defects(table):
     assert verdict.clearance == math.inf
     assert max(verdict.moved) < 1e-3  # four printed decimals
     assert 0 < verdict.min_transmission_deg < 90
+    assert verdict.certified is None
+    assert judge(linkage, "crank", poses, certify=True).certified
 
 
 def test_the_third_published_design_has_a_circuit_and_a_branch_defect():
@@ -113,9 +115,7 @@ def test_kipers_two_pose_design_is_good():
 def test_kipers_three_pose_designs():
     """The printed vectors belong to η3 = −31.703° and are good; the printed angle −20° gives a circuit defect."""
     rotations = kiper_crank_rotations()
-    assert np.allclose(
-        rotations, [(-118.092024, -64.815826), (-5.908323303, -13.575766579), (15.194042, 11.489420)]
-    )
+    assert np.allclose(rotations, [(-118.092024, -64.815826), (-5.908323303, -13.575766579), (15.194042, 11.489420)])
     eta, phi = (-15.0, -31.70257), (-20.0, -45.0)
     printed = judge_inputs(*_with_inputs(kiper_design(rotations[1], eta, phi)))
     assert all(verdict.reasons == () for verdict in printed.values())
