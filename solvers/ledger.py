@@ -94,6 +94,9 @@ def climb(
 ) -> dict[str, int]:
     """Track doubtful paths again, one rung after the other, until nothing is doubtful.
 
+    A path that has found its own way again may meet another there which had taken its place: that one is tracked
+    again on the same rung, and so on.
+
     Parameters
     ----------
     ends : Ends
@@ -108,12 +111,15 @@ def climb(
     """
     used: dict[str, int] = {}
     for name, track in rungs:
-        rows = doubtful(ends)
+        rows = tried = doubtful(ends)
         if not rows.size:
             break
-        used[name] = used.get(name, 0) + len(rows)
-        if report is not None:
-            report(name, len(rows))
-        ends.replace(rows, track(rows))
+        while rows.size:
+            used[name] = used.get(name, 0) + len(rows)
+            if report is not None:
+                report(name, len(rows))
+            ends.replace(rows, track(rows))
+            rows = np.setdiff1d(doubtful(ends), tried)
+            tried = np.union1d(tried, rows)
     settle(ends)
     return used

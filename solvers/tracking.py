@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
@@ -143,13 +143,21 @@ def _track_chunk(engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings
 def _rungs(
     engine: Engine, homotopy: Homotopy, settings: Settings
 ) -> Iterator[tuple[str, Callable[[np.ndarray], Ends]]]:
-    """Ever more careful ways to track a path."""
+    """Ever more careful ways to track a path, however careless the first was."""
 
     def rung(how: Settings, **options: Any) -> Callable[[np.ndarray], Ends]:
         careful = _Options(engine, options)
         return lambda rows: _track_chunk(careful, homotopy, rows, how)  # type: ignore[arg-type]
 
-    tight = settings.tighter()
+    usual = Settings()
+    tight = replace(
+        settings,
+        contraction=min(settings.contraction, usual.contraction),
+        safety=max(settings.safety, usual.safety),
+        tolerance=min(settings.tolerance, usual.tolerance),
+        largest_step=min(settings.largest_step, usual.largest_step),
+        ticks=max(settings.ticks, usual.ticks),
+    ).tighter()
     yield "with tighter steps", rung(tight, pivoted=True)
     yield "with much tighter steps", rung(tight.tighter(), pivoted=True)
     yield "in double-double", rung(tight, arithmetic="double-double")
