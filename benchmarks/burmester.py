@@ -99,9 +99,7 @@ def main() -> None:
           f"{(errors / bounds).max():.2g}")  # fmt: skip
     for k in np.flatnonzero(errors > BOUND):
         print(f"  task {k}: error {errors[k]:.1e}, rounding of the poses allows {bounds[k]:.1e}")
-    print(
-        f"time per task: median {1e3 * np.median(seconds):.1f} ms, 99 % {1e3 * np.quantile(seconds, 0.99):.1f} ms"
-    )
+    print(f"time per task: median {1e3 * np.median(seconds):.1f} ms, 99 % {1e3 * np.quantile(seconds, 0.99):.1f} ms")
 
 
 def _solve(poses: Poses, start: str, certificates: bool) -> list[MotionDyad]:

@@ -18,6 +18,7 @@ from mechanisms import __version__
 from mechanisms.catalogue_command import catalogue
 from mechanisms.checks import suggest
 from mechanisms.console import console, print_json, say
+from mechanisms.map_command import map_command
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
@@ -242,6 +243,7 @@ def reproduce(paper: str, as_json: bool) -> int:
 
 
 cli.add_command(catalogue)
+cli.add_command(map_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

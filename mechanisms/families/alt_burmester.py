@@ -188,9 +188,7 @@ def mixed_recipe(name: str, poses: str, points: str, names: str = "") -> Recipe:
 
     m, n, given = int(poses), int(points), tuple(names.split(",")) if names else ()
     if 2 * m + n + len(given) != 10 or m < 1 or not set(given) <= set(GIVEN):
-        raise ValueError(
-            f"{m} poses, {n} points, {len(given)} numbers do not determine four-bars: 2M + N + k = 10"
-        )
+        raise ValueError(f"{m} poses, {n} points, {len(given)} numbers do not determine four-bars: 2M + N + k = 10")
     count, source = COUNTS.get((m, n)) if not given else None, SOURCE
     if (m, n, given) == FIVE_POINTS[0]:
         count, source = (

@@ -201,6 +201,28 @@ class CircleCurve:
         places = self.poses.points[0] + self.poses.size * (x + 1j * y) / safe
         return np.where(far, complex(np.inf, 0.0), places)
 
+    def at_station(self, station: float) -> tuple[complex, complex]:
+        """Fixed and moving pivot at a station: 100·(number of the circuit) + percentage of the way round it.
+
+        Raises
+        ------
+        ValueError
+            When there is no such circuit.
+        """
+        number, place = divmod(float(station), 100.0)
+        if not 0 <= number < len(self.circuits):
+            highest = 100 * len(self.circuits)
+            raise ValueError(f"there is no dyad {station:g} on the curve; give a number from 0 to below {highest}")
+        circuit = self.circuits[int(number)]
+        fine = np.append(circuit.stations(1000), 2 * np.pi)
+        fixed, moving = self.dyads(circuit, np.interp(place, np.arange(1001) / 10, fine))
+        return complex(fixed[0]), complex(moving[0])
+
+    def station_of(self, circuit: Circuit, phi: float) -> float:
+        """The station of a parameter of one of the circuits."""
+        fine = np.append(circuit.stations(1000), 2 * np.pi)
+        return 100.0 * self.circuits.index(circuit) + float(np.interp(phi, fine, np.arange(1001) / 10))
+
     def sliders(self) -> list[MotionDyad]:
         """Ball's point as a PR dyad, and the inverted slider as an RP dyad."""
         found = []

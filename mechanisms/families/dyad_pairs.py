@@ -18,7 +18,7 @@ from mechanisms.families.motion_dyads import MotionDyad, Poses, grashof_type
 from mechanisms.fourbar import judge_four_bars
 from mechanisms.linkage import GROUND, Input, Linkage, Slider
 
-__all__ = ["INPUTS", "KINDS", "four_bar_verdicts", "pair_candidate", "pair_candidates", "pair_linkage"]
+__all__ = ["INPUTS", "KINDS", "driver_first", "four_bar_verdicts", "pair_candidate", "pair_candidates", "pair_linkage"]
 
 #: The links that may be driven.
 INPUTS = ("crank", "follower")
@@ -149,7 +149,7 @@ def pair_candidate(
     note: str = "",
 ) -> Candidate:
     """Two dyads as a candidate, the better driver as the crank; `extra` and `note` are added to what it says."""
-    crank, follower = _driver_first(poses, first, second)
+    crank, follower = driver_first(poses, first, second)
     parameters, angles = _parameters(crank, follower)
     roots = [dyad.root for dyad in (crank, follower) if dyad.root is not None]
     more: dict[str, Any] = {"roots": roots} if roots else {}
@@ -181,7 +181,8 @@ def pair_candidate(
     )
 
 
-def _driver_first(poses: Poses, first: MotionDyad, second: MotionDyad) -> tuple[MotionDyad, MotionDyad]:
+def driver_first(poses: Poses, first: MotionDyad, second: MotionDyad) -> tuple[MotionDyad, MotionDyad]:
+    """Two dyads, the one first that drives better; of two kinds, the crank before the slider."""
     ranks = [_DRIVEN_FIRST.index(dyad.kind) for dyad in (first, second)]
     if ranks[0] != ranks[1]:
         return (first, second) if ranks[0] < ranks[1] else (second, first)

@@ -89,7 +89,7 @@ class DyadPool:
     lines : (n,) complex array
         Directions of the slides; zero for RR.
     marks : mapping of str to (n,) array
-        Numbers that say which dyad it is: ``station`` on a curve.
+        Numbers that say which dyad it is: ``dyad``, its number on a curve.
     """
 
     fixed: NDArray[np.complex128]
@@ -141,7 +141,7 @@ class DyadPool:
 def curve_pool(curve: CircleCurve, count: int, fixed: Region, moving: Region) -> DyadPool:
     """Dyads of four poses: `count` points of the curve at equal steps, and the sliders.
 
-    The mark ``station`` of a point is 100·k + its percentage of the way round circuit k.
+    The mark ``dyad`` of a point is 100·k + its percentage of the way round circuit k, as in the map.
     """
     parts: list[tuple[Any, ...]] = []
     for number, circuit in enumerate(curve.circuits):
@@ -150,7 +150,7 @@ def curve_pool(curve: CircleCurve, count: int, fixed: Region, moving: Region) ->
         parts.append((g, z, 100.0 * (number + np.arange(share) / share)))
     g, z, station = (np.concatenate(column) for column in zip(*parts)) if parts else (np.zeros(0),) * 3
     finite = np.isfinite(g) & np.isfinite(z)
-    pool = DyadPool.of(g[finite], z[finite], station=station[finite])
+    pool = DyadPool.of(g[finite], z[finite], dyad=station[finite])
     return _inside(pool.with_sliders(curve.sliders(), curve.poses.size), fixed, moving)
 
 
@@ -227,9 +227,7 @@ def _sliders(poses: Poses, chosen: NDArray[np.complex128], fixed: bool) -> list[
     for pivot, line in zip(chosen, way):
         if abs(line) > 1e-9 * poses.size:
             unit = complex(line / abs(line))
-            found.append(
-                MotionDyad("RP", complex(pivot), unit) if fixed else MotionDyad("PR", unit, complex(pivot))
-            )
+            found.append(MotionDyad("RP", complex(pivot), unit) if fixed else MotionDyad("PR", unit, complex(pivot)))
     return found
 
 

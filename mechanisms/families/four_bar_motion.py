@@ -61,6 +61,7 @@ _LENGTHS = tuple(
         ("L_link2", "the link of dyad 2"),
     )
 )
+_NUMBERS = tuple(Free(f"dyad{k}", "number", f"number of dyad {k} on the map of four poses") for k in (1, 2))
 _TOLERANCES = (
     Free("tolerance_x", "length", "how far each pose may be missed in x", many=True),
     Free("tolerance_y", "length", "how far each pose may be missed in y", many=True),
@@ -79,7 +80,7 @@ class FourBarMotion(Family):
     too_many = "five poses leave four dyads and no choice"
     unknowns = "pivots of a dyad: z, zc, G, Gc"
     roots = "4 dyads; 60, 402, 2224, 8652 pairs with points"
-    free = (*_PIVOTS, *_LENGTHS, *_TOLERANCES)
+    free = (*_PIVOTS, *_NUMBERS, *_LENGTHS, *_TOLERANCES)
     inputs = INPUTS
 
     def check(self, task: Task) -> None:
@@ -97,10 +98,11 @@ class FourBarMotion(Family):
             refuse_whole_families(task, poses)
         if len(poses) == 5 and chosen:
             raise TaskError(
-                f"{task.where}: free.{chosen[0]}: five poses determine every pivot; leave it out, "
-                f"or leave out a pose"
+                f"{task.where}: free.{chosen[0]}: five poses determine every pivot; leave it out, or leave out a pose"
             )
         for number in (1, 2):
+            if f"dyad{number}" in task.free:
+                _check_number(task, poses, number)
             if all(region_of(task, f"{pivot}{number}").point is not None for pivot in "OA"):
                 raise TaskError(
                     f"{task.where}: free.A{number}: either pivot of a dyad determines what the other can be; "
@@ -170,9 +172,7 @@ def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]
     yield from pair_candidates(poses, dyads, task.title, task.length_unit)
     if (zones := tolerances(task)) is not None:
         trials = int(task.solve.get("samples", TRIALS))
-        yield from tolerance_candidates(
-            poses, zones, task.seed, task.constraints, task.title, task.length_unit, trials
-        )
+        yield from tolerance_candidates(poses, zones, task.seed, task.constraints, task.title, task.length_unit, trials)
 
 
 def tolerances(task: Task) -> Tolerances | None:
@@ -192,12 +192,33 @@ def pools(task: Task) -> tuple[DyadPool, DyadPool]:
             curve = CircleCurve(poses)
         except ValueError as error:
             raise TaskError(f"{task.where}: poses: {error}") from None
-        found = [_of_curve(curve, *pair) for pair in regions]
+        numbers = [task.free.get(f"dyad{k}") for k in (1, 2)]
+        found = [
+            _of_curve(curve, *pair)
+            if number is None
+            else DyadPool.of(*curve.at_station(number), dyad=np.array([number]))
+            for number, pair in zip(numbers, regions)
+        ]
+        if any(number is not None for number in numbers):
+            return found[0], found[1]
     else:
         found = [sampled_pool(poses, SAMPLES, *pair, seed=task.seed + k) for k, pair in enumerate(regions)]
     if not any(region.given for pair in regions for region in pair):
         return found[0], found[0]
     return found[0], found[1]
+
+
+def _check_number(task: Task, poses: Poses, number: int) -> None:
+    """A dyad named by its number on the map needs four poses, that number on their curve, and nothing else."""
+    place = f"{task.where}: free.dyad{number}"
+    if len(poses) != 4:
+        raise TaskError(f"{place}: {len(poses)} poses have no map; leave it out, or give four poses")
+    if region_of(task, f"O{number}").given or region_of(task, f"A{number}").given:
+        raise TaskError(f"{place}: a number determines both pivots of the dyad; leave out O{number} and A{number}")
+    try:
+        CircleCurve(poses).at_station(task.free[f"dyad{number}"])
+    except ValueError as error:
+        raise TaskError(f"{place}: {error}") from None
 
 
 def region_of(task: Task, pivot: str) -> Region:
@@ -209,7 +230,9 @@ def region_of(task: Task, pivot: str) -> Region:
     return Region(*sides)
 
 
-def _of_curve(curve: CircleCurve, fixed: Region, moving: Region) -> DyadPool:
+def _of_curve(curve: CircleCurve, number: float | None, fixed: Region, moving: Region) -> DyadPool:
+    if number is not None:
+        return DyadPool.of(*curve.at_station(number), dyad=np.array([number]))
     for region, which in ((moving, "moving"), (fixed, "fixed")):
         if (place := region.point) is not None and curve.circuits:
             circuit, phi, distance = curve.nearest(place, which)

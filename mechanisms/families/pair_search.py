@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanisms.families.base import Candidate
-from mechanisms.families.dyad_pairs import both_sides, four_bar_verdicts, pair_candidate
+from mechanisms.families.dyad_pairs import both_sides, driver_first, four_bar_verdicts, pair_candidate
 from mechanisms.families.dyad_pools import FAR, DyadPool
 from mechanisms.families.motion_dyads import Poses
 
@@ -164,10 +164,18 @@ def search_candidates(
     taken: list[NDArray[np.complex128]] = []
     for words, value, until in orders:
         for i, j in _picks(first, second, value, taken, until, SAME_CHOICE * poses.size):
-            marks = {f"{name}{number}": float(values[k]) for number, pool, k in ((1, first, i), (2, second, j))
-                     for name, values in pool.marks.items() if np.isfinite(values[k])}  # fmt: skip
+            pair = (first, i), (second, j)
+            dyads = [pool.dyad(k) for pool, k in pair]
+            if driver_first(poses, *dyads)[0] is dyads[1]:  # so that the marks bear the numbers of the pivots
+                pair, dyads = pair[::-1], dyads[::-1]
+            marks = {
+                f"{name}{number}": float(values[k])
+                for number, (pool, k) in enumerate(pair, start=1)
+                for name, values in pool.marks.items()
+                if np.isfinite(values[k])
+            }
             extra = {**marks, "defect_free_share": share, "pairs": int(possible.sum())}
-            yield pair_candidate(poses, first.dyad(i), second.dyad(j), title, length_unit, extra, words)
+            yield pair_candidate(poses, dyads[0], dyads[1], title, length_unit, extra, words)
 
 
 def _extent(first: DyadPool, second: DyadPool) -> NDArray[np.float64]:

@@ -138,29 +138,21 @@ class SolutionMap:
         TaskError
             When there is no such station.
         """
-        number, place = divmod(float(station), 100.0)
-        if not 0 <= number < len(self.curve.circuits):
-            highest = 100 * len(self.curve.circuits)
-            raise TaskError(f"there is no station {station:g} on the curve; give a number from 0 to {highest}")
-        circuit = self.curve.circuits[int(number)]
-        fine = circuit.stations(1000)
-        phi = np.interp(place, np.arange(1001) / 10, np.append(fine, 2 * np.pi))
-        fixed, moving = self.curve.dyads(circuit, phi)
-        return MotionDyad("RR", complex(fixed[0]), complex(moving[0]))
+        try:
+            return MotionDyad("RR", *self.curve.at_station(station))
+        except ValueError as error:
+            raise TaskError(str(error)) from None
 
     def station_of(self, moving: complex) -> float:
         """The station of the circle point nearest to a place, for instance of Ball's point."""
         circuit, phi, _ = self.curve.nearest(moving)
-        fine = np.append(circuit.stations(1000), 2 * np.pi)
-        return 100.0 * self.curve.circuits.index(circuit) + float(np.interp(phi, fine, np.arange(1001) / 10))
+        return self.curve.station_of(circuit, phi)
 
     def pick(self, driven: float, following: float) -> Candidate:
         """The linkage of two stations, to be judged like any other."""
         return pair_candidate(self.poses, self.dyad(driven), self.dyad(following))
 
-    def plot(
-        self, path: str | Path | None = None, pick: tuple[float, float] | None = None, figure: Any = None
-    ) -> Any:
+    def plot(self, path: str | Path | None = None, pick: tuple[float, float] | None = None, figure: Any = None) -> Any:
         """Draw the curves and the map side by side; see `mechanisms.families.solution_map_plot.draw_map`."""
         from mechanisms.families.solution_map_plot import draw_map
 

@@ -144,9 +144,7 @@ def _draw_table(found: SolutionMap, ax: Axes, figure: Any, pick: tuple[float, fl
     colours = ListedColormap([GREYS[code][0] for code in sorted(GREYS)])
     ax.imshow(greys, origin="lower", extent=extent, cmap=colours, vmin=-0.5, vmax=3.5, interpolation="nearest")
     angle = np.ma.masked_where(found.verdict != USABLE, found.transmission)
-    picture = ax.imshow(
-        angle, origin="lower", extent=extent, cmap="viridis", vmin=0, vmax=90, interpolation="nearest"
-    )
+    picture = ax.imshow(angle, origin="lower", extent=extent, cmap="viridis", vmin=0, vmax=90, interpolation="nearest")
     bar = figure.colorbar(picture, ax=ax, shrink=0.85, pad=0.02)
     bar.set_label("usable: least transmission angle between the poses, degrees")
     usable_turn = (found.verdict == USABLE) & found.turns

@@ -142,9 +142,7 @@ def check_tolerances(task: Task, poses: int, names: Sequence[Free]) -> None:
         if poses != 5:
             raise TaskError(f"{place}: tolerances are for five poses, which leave no other choice; leave it out")
         if len(values) != poses:
-            raise TaskError(
-                f"{place}: {len(values)} values for {poses} poses; give one for each, 0 where it is exact"
-            )
+            raise TaskError(f"{place}: {len(values)} values for {poses} poses; give one for each, 0 where it is exact")
         if min(values) < 0:
             raise TaskError(f"{place}: a tolerance is negative; give how far the pose may be missed, 0 or more")
 
@@ -196,9 +194,7 @@ def _good_pairs(
     if not pairs:
         return []
     joints = np.array([[a.fixed, a.moving, b.moving, b.fixed] for _, a, b in pairs])
-    rotations = np.stack(
-        [np.stack([a.turns(many[k]), many[k].angles, b.turns(many[k])], axis=-1) for k, a, b in pairs]
-    )
+    rotations = np.stack([np.stack([a.turns(many[k]), many[k].angles, b.turns(many[k])], axis=-1) for k, a, b in pairs])
     lengths = np.abs(np.roll(joints, -1, axis=1) - joints)
     usable = lengths.max(axis=1) <= constraints.get("max_link_ratio", LINK_RATIO) * lengths.min(axis=1)
     for axis, values in (("x", joints[:, [0, 3]].real), ("y", joints[:, [0, 3]].imag)):

@@ -31,9 +31,7 @@ FIRST_DYADS = [
 
 def miss(dyads, fixed, moving):
     """Distance of the nearest dyad found."""
-    return min(
-        (max(abs(d.fixed - fixed), abs(d.moving - moving)) for d in dyads if d.kind == "RR"), default=np.inf
-    )
+    return min((max(abs(d.fixed - fixed), abs(d.moving - moving)) for d in dyads if d.kind == "RR"), default=np.inf)
 
 
 def test_the_published_dyads_are_found():

@@ -56,8 +56,24 @@ def test_a_design_is_picked_by_its_two_points(lift_map):
     assert verdict.reasons == ()
     row, column = (int(np.argmin(np.abs(lift_map.stations - s))) for s in (following, driven))
     assert verdict.min_transmission_deg >= lift_map.transmission[row, column] - 0.5
-    with pytest.raises(TaskError, match="from 0 to 100"):
+    with pytest.raises(TaskError, match="from 0 to below 100"):
         lift_map.dyad(250)
+
+
+def test_a_task_names_its_dyads_by_their_numbers_on_the_map(lift_map):
+    driven, following = lift_map.best()
+    (design,) = synthesize(task(LIFT, free={"dyad1": driven, "dyad2": following})).designs
+    picked = lift_map.pick(driven, following)
+    for name in ("O1", "A1", "O2", "A2"):
+        assert abs(design.linkage.points[name] - picked.linkage.points[name]) < 1e-9
+    assert (design.extra["dyad1"], design.extra["dyad2"]) == pytest.approx((driven, following))
+
+
+def test_designs_tell_their_numbers_on_the_map(lift_map):
+    for design in synthesize(Task.from_file("examples/four_bar_four_poses.toml")).designs:
+        if design.extra["kind"] == "four-bar":
+            crank = lift_map.dyad(design.extra["dyad1"])
+            assert abs(crank.fixed - design.linkage.points["O1"]) < 1e-4 * lift_map.poses.size
 
 
 def test_the_map_is_drawn(lift_map, tmp_path):
@@ -158,6 +174,9 @@ def test_a_pivot_on_the_curve_is_the_nearest_to_the_one_given():
     [
         (LIFT[:3], {"O1_x": 0, "O1_y": 0, "A1_x": 1, "A1_y": 1}, "either pivot of a dyad determines"),
         (LIFT, {"O1_x": 0}, "or only whole pivots, or ranges"),
+        (LIFT, {"dyad1": 120}, "from 0 to below 100"),
+        (LIFT, {"dyad1": 20, "A1_x": [0, 1]}, "leave out O1 and A1"),
+        (LIFT[:3], {"dyad1": 20}, "3 poses have no map"),
     ],
 )
 def test_choices_that_the_poses_do_not_leave_are_refused(rows, free, words):
