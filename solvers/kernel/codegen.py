@@ -77,12 +77,15 @@ class _Writer:
         self.type = f"<{lanes.width} x double>"
         self.text: list[str] = []
         self.names = 0
+        # LLVM before 16 wants to be told what a pointer points to.
+        self.typed = llvm.llvm_version_info[0] < 16
+        self.double_pointer = "double*" if self.typed else "ptr"
 
     def lines(self) -> Iterator[str]:
         program, kind = self.program, self.type
         if self.lanes.fma:
             yield f"declare {kind} @llvm.fma.v{self.lanes.width}f64({kind}, {kind}, {kind})"
-        yield "define void @tick(ptr noalias %work) nounwind {"
+        yield f"define void @tick({self.double_pointer} noalias %work) nounwind {{"
         leaves = program.unknowns + 2 * program.parameters
         slots: list[Pair | None] = [None] * leaves
         slots += [(self.constant(float(re)), self.constant(float(im))) for re, im in program.constants]
@@ -135,14 +138,19 @@ class _Writer:
         return "<" + ", ".join([f"double 0x{bits:016X}"] * self.lanes.width) + ">"
 
     def pointer(self, row: int) -> str:
-        return self.emit(f"getelementptr double, ptr %work, i64 {row * self.lanes.width}")
+        """Type and name of a pointer to a row."""
+        first = self.emit(f"getelementptr double, {self.double_pointer} %work, i64 {row * self.lanes.width}")
+        if not self.typed:
+            return f"ptr {first}"
+        return f"{self.type}* " + self.emit(f"bitcast double* {first} to {self.type}*")
 
     def load(self, row: int) -> str:
-        return self.emit(f"load {self.type}, ptr {self.pointer(row)}, align 8")
+        where = self.pointer(row)
+        return self.emit(f"load {self.type}, {where}, align 8")
 
     def store(self, row: int, value: str | None) -> None:
         where = self.pointer(row)
-        self.text.append(f"store {self.type} {value or 'zeroinitializer'}, ptr {where}, align 8")
+        self.text.append(f"store {self.type} {value or 'zeroinitializer'}, {where}, align 8")
 
     def negative(self, a: str | None) -> str | None:
         return a and self.emit(f"fneg {self.type} {a}")

@@ -74,9 +74,7 @@ class _PreciseLanes(_Lanes):
             if not np.isfinite(self.x[:, lane]).all():
                 continue
             fresh = self.x[:, lane] != self.seen[:, lane]
-            point = [
-                _number(z) if new else kept for z, new, kept in zip(self.x[:, lane], fresh, self.digits[:, lane])
-            ]
+            point = [_number(z) if new else kept for z, new, kept in zip(self.x[:, lane], fresh, self.digits[:, lane])]
             solved = _tick(self.program, point, *self._line(lane))
             if solved is None:
                 continue
@@ -114,9 +112,7 @@ def _tick(program: Program, point: list[Any], values: list[Any], velocities: lis
     """Newton step (with its digits) and tangent (double); None where J is singular to this precision."""
     from flint import acb, acb_mat, arb, fmpq
 
-    constants = [
-        acb(*(arb(fmpq(part.numerator, part.denominator)) for part in number)) for number in program.constants
-    ]
+    constants = [acb(*(arb(fmpq(part.numerator, part.denominator)) for part in number)) for number in program.constants]
     out = program.replay(point, values, velocities, constants)
     size = len(point)
     matrix = [[acb(0)] * size for _ in range(size)]

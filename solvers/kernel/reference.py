@@ -391,10 +391,7 @@ class _Lanes:
         status[self.ticks >= s.ticks] = EXHAUSTED
         status[
             bad
-            & (
-                (self.h < s.smallest_step * np.abs(self.r_accepted))
-                | (self.steps == 0) & (self.ticks > START_TICKS)
-            )
+            & ((self.h < s.smallest_step * np.abs(self.r_accepted)) | (self.steps == 0) & (self.ticks > START_TICKS))
         ] = STALLED
         far = np.abs(self.accepted).max(axis=0) > s.infinity
         status[good & far] = DIVERGED
