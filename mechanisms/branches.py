@@ -1,4 +1,10 @@
-"""Branches of a circuit for one input: the pieces between the places where the input stands still."""
+"""Branches of a circuit for one input: the pieces between its dead centres.
+
+At a dead centre the input's rate along the circuit changes sign: the determinant of the closure equations
+without the input vanishes, and the input cannot go on. Where the rate touches zero without a change of sign
+(no random linkage does so) the input goes on; that is no dead centre, but the transmission angle is zero
+there too.
+"""
 
 from __future__ import annotations
 

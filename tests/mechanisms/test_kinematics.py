@@ -1,4 +1,5 @@
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -45,7 +46,14 @@ def test_the_robomech_manipulator_over_its_range():
         points = branches.circuit.sample([place])
         assert points["C"][0] == pytest.approx(c, abs=2e-6)
         assert points["F"][0] == pytest.approx(f, abs=2e-6)
-    assert branches.endless  # the input turns on: no dead centre anywhere
+    # The input turns on: no dead centre anywhere, and all bars keep their lengths on the whole turn.
+    assert branches.endless
+    points = branches.circuit.sample([branches.place_at(home, angle) for angle in np.radians(np.arange(0, 360, 5))])
+    for link, members in linkage.links.items():
+        for a, b in pairwise(members):
+            assert np.allclose(np.abs(points[a] - points[b]), linkage.length(link, a, b), atol=1e-12)
+    turned = np.angle((points["H"] - points["K"]) / (linkage.points["H"] - linkage.points["K"]))
+    assert np.allclose(np.exp(1j * turned), np.exp(1j * np.radians(np.arange(0, 360, 5))), atol=1e-9)
 
 
 @pytest.mark.parametrize("name", LINKAGES)
