@@ -193,12 +193,7 @@ def pools(task: Task) -> tuple[DyadPool, DyadPool]:
         except ValueError as error:
             raise TaskError(f"{task.where}: poses: {error}") from None
         numbers = [task.free.get(f"dyad{k}") for k in (1, 2)]
-        found = [
-            _of_curve(curve, *pair)
-            if number is None
-            else DyadPool.of(*curve.at_station(number), dyad=np.array([number]))
-            for number, pair in zip(numbers, regions)
-        ]
+        found = [_of_curve(curve, number, *pair) for number, pair in zip(numbers, regions)]
         if any(number is not None for number in numbers):
             return found[0], found[1]
     else:
