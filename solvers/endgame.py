@@ -13,7 +13,6 @@ Nothing is decided on one radius: two in a row must agree on m and on the limit.
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 from dataclasses import dataclass, field
 from typing import Any
@@ -21,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from solvers.kernel.reference import DIVERGED, PAUSED, REACHED, STATUS, Settings
+from solvers.local import CONFIRMED, ORIGIN, magnitudes, newton, newton_step, relative_weights
 from solvers.system import evaluate
-from solvers.tape import ADD, INV, MUL, NEG, SQR, SUB, Program
+from solvers.tape import Program
 
 # Classes of a finished path.
 REGULAR, SINGULAR, INFINITE, FAILED = range(4)
@@ -55,10 +55,6 @@ STILL = 0.01
 #: A root whose scaled condition number is below this is regular. Above, a path on its way to a multiple root may
 #: be taken for one that has arrived: double-double decides.
 TRUSTED = 1e6
-#: Unknowns smaller than this part of the typical size are measured beside it: paths can end at 0.
-ORIGIN = 1e-8
-#: A Newton step below this is the last one needed.
-CONFIRMED = 1e-9
 #: A root whose Jacobian has a scaled condition number above this is no regular root.
 SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
@@ -187,9 +183,7 @@ class _Walk:
     # -- on the real line -----------------------------------------------------------------------------------
     def advance(self, rows: np.ndarray, points: np.ndarray, r: float, to: float) -> tuple[np.ndarray, np.ndarray]:
         """Track to the next radius; a path whose step reaches r = 0 is done if its end is regular."""
-        done = self.engine.track(
-            points, self.target, self.direction, start=r, end=0.0, stop=to, settings=self.settings
-        )
+        done = self.engine.track(points, self.target, self.direction, start=r, end=0.0, stop=to, settings=self.settings)
         self.ends.ticks[rows] += done.ticks
         arrived = done.status == REACHED
         if arrived.any():
@@ -340,9 +334,7 @@ class _Walk:
         residual = np.abs(F) / magnitudes(self.program, far, self.target)
         return residual.max(axis=1, initial=0.0) < HIGHEST_TERMS
 
-    def _loop(
-        self, points: np.ndarray, radius: float, rows: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _loop(self, points: np.ndarray, radius: float, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Turns until closed (0: not closed), mean in the chart of the largest coordinate, order of the pole."""
         count = len(points)
         pick = np.arange(count)
@@ -401,91 +393,3 @@ def fingerprints(x: np.ndarray, floor: float) -> np.ndarray:
     first, second = rng.normal(size=(2, x.shape[1])) + 1j * rng.normal(size=(2, x.shape[1]))
     size = np.abs(x) + max(floor, 1e-300)
     return np.asarray(np.log(size) @ first + (x / size) @ second)
-
-
-def newton_step(
-    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """One Newton step at each point.
-
-    Returns
-    -------
-    step : ndarray, shape (n, unknowns)
-        J⁻¹F; infinite where J is singular.
-    size : ndarray, shape (n,)
-        Of the step, each unknown in its own size.
-    condition : ndarray, shape (n,)
-        Estimate of the scaled condition number, from the solution for one random right-hand side: seldom more than
-        a few times too small, for the price of nothing.
-    """
-    with np.errstate(all="ignore"):
-        F, J = evaluate(program, points, parameters)
-        weights, rows = relative_weights(points, typical), magnitudes(program, points, parameters, typical)
-        scaled = J * weights[:, None, :] / rows[:, :, None]
-        phases = np.exp(2j * np.pi * np.random.default_rng(1).random(F.shape[1]))
-        right = np.stack([F / rows, np.broadcast_to(phases, F.shape)], axis=2)
-    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
-    solved = np.full(right.shape, np.inf, np.complex128)
-    with np.errstate(all="ignore"):
-        try:
-            solved[finite] = np.linalg.solve(scaled[finite], right[finite])
-        except np.linalg.LinAlgError:
-            for k in np.flatnonzero(finite):
-                with contextlib.suppress(np.linalg.LinAlgError):
-                    solved[k] = np.linalg.solve(scaled[k], right[k])
-        norm = np.abs(scaled).sum(axis=2).max(axis=1)
-        condition = norm * np.abs(solved[:, :, 1]).max(axis=1)
-        step = solved[:, :, 0]
-        return step * weights, np.abs(step).max(axis=1), np.where(np.isfinite(condition), condition, np.inf)
-
-
-def newton(
-    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float = 0.0, steps: int = 4
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A few Newton steps in double precision: points, size of the last step, scaled condition number.
-
-    A step that would leave the neighbourhood (a thousandth of the point) is not taken. A step below `CONFIRMED` is
-    the last: the next would be its square, or rounding noise.
-    """
-    x = np.array(points)
-    size, condition = np.full(len(x), np.inf), np.full(len(x), np.inf)
-    active = np.arange(len(x))
-    for _ in range(steps):
-        step, size[active], condition[active] = newton_step(program, x[active], parameters, typical)
-        near = size[active] < 1e-3
-        x[active[near]] -= step[near]
-        active = active[near & (size[active] > CONFIRMED)]
-        if not active.size:
-            break
-    return x, size, condition
-
-
-def relative_weights(x: np.ndarray, typical: float = 0.0) -> np.ndarray:
-    """Sizes of the unknowns at points: their moduli, or a small part of the largest one or of the typical size."""
-    size = np.abs(x)
-    return np.maximum(size, np.maximum(1e-4 * size.max(axis=1, keepdims=True), max(ORIGIN * typical, 1e-300)))
-
-
-def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray, typical: float = 0.0) -> np.ndarray:
-    """Sizes of the terms of each equation before they cancel, shape (n, equations).
-
-    An unknown that vanishes counts with its relative weight, so that no size is zero by accident. The program is
-    replayed on absolute values with every difference made a sum. The rounding error of an equation is a small
-    multiple of the rounding unit times this; unlike the largest entry of its gradient it does not vanish at a
-    singular root.
-    """
-    point, values = list(relative_weights(x, typical).T), list(np.abs(parameters))
-    slots = [*point, *values, *[0.0] * len(values), *np.abs(program.constant_values)]
-    for op, a, b, c in program.code.tolist():
-        if op in (ADD, SUB):
-            slots.append(slots[a] + slots[b])
-        elif op == NEG:
-            slots.append(slots[a])
-        elif op == INV:
-            slots.append(1 / np.maximum(slots[a], 1e-300))
-        elif op in (MUL, SQR):
-            slots.append(slots[a] * slots[a if op == SQR else b])
-        else:
-            slots.append(slots[a] * slots[b] + slots[c])
-    columns = [np.broadcast_to(slots[k], len(x)) for k in program.outputs["F"].tolist()]
-    return np.maximum(np.array(columns).T, 1e-300)

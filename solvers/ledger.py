@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from solvers.endgame import FAILED, ORIGIN, REGULAR, Ends
+from solvers.endgame import FAILED, REGULAR, Ends
+from solvers.local import ORIGIN
 
 #: Two regular ends nearer than this, relative, or than their own uncertainty, are one root.
 SAME_ROOT = 1e-9

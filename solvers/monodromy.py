@@ -19,19 +19,15 @@ from typing import Any
 import numpy as np
 
 from solvers import parallel
-from solvers.endgame import newton
+from solvers.first_root import given_root, random_root
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.kernel.reference import REACHED, Settings
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
-from solvers.tape import Builder
 from solvers.tracking import engine_of
 
-#: Random starts from which the best-conditioned one is taken: a seed is a special point, often with a condition
-#: number of a million, and paths are lost on leaving it.
-SEEDS = 12
 #: Legs without news after which the trace test is asked.
 QUIET_LEGS = 3
 #: A failed trace test means that roots are missing, or points of the test's own; each goes along another line of
@@ -314,7 +310,7 @@ def _prepare(
     system: System, start: tuple[Any, Any] | None, rng: np.random.Generator
 ) -> tuple[Engine, list[_Node], float]:
     """The engine, and two generic nodes, the first of which holds a few roots."""
-    point, values = random_root(system, rng) if start is None else _given(system, start)
+    point, values = random_root(system, rng) if start is None else given_root(system, start)
     typical = float(max(np.abs(point).max(), 1e-300))
     engine = engine_of(parameter_homotopy(system.program, values, values, point))
     columns = len(system.unknowns)
@@ -332,67 +328,6 @@ def _prepare(
 
 def _gaussian(rng: np.random.Generator, scale: np.ndarray) -> np.ndarray:
     return scale * (rng.normal(size=len(scale)) + 1j * rng.normal(size=len(scale))) / np.sqrt(2)
-
-
-def _given(system: System, start: tuple[Any, Any]) -> tuple[np.ndarray, np.ndarray]:
-    point = np.atleast_2d(np.asarray(start[0], np.complex128))
-    values = system.values_of(start[1])
-    if point.shape[1] != len(system.unknowns):
-        raise InvalidSystem(f"the start point has {point.shape[1]} coordinates, not {len(system.unknowns)}")
-    refined, _, _ = newton(system.jacobian_program, point, values)
-    return refined, values
-
-
-def random_root(system: System, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A root of the system with parameters made to fit: the best-conditioned of several.
-
-    From a random point and random parameters, Gauss and Newton's method on all of them together finds the nearest
-    pair that satisfies the equations.
-
-    Returns
-    -------
-    point : ndarray, shape (1, unknowns)
-    parameters : ndarray, shape (parameters,)
-
-    Raises
-    ------
-    InvalidSystem
-        No pair was found.
-    """
-    n, m = len(system.unknowns), len(system.parameters)
-    builder = Builder(n + m, 0)
-    nodes = system.program.embed(builder, list(range(n)), list(range(n, n + m)))
-    from solvers.system import differentiated, evaluate
-
-    program = differentiated(builder, nodes)
-    best: tuple[float, np.ndarray] | None = None
-    for _ in range(SEEDS):
-        z = rng.normal(size=n + m) + 1j * rng.normal(size=n + m)
-        for _ in range(60):
-            with np.errstate(all="ignore"):
-                F, J = evaluate(program, z, np.zeros(0))
-            if not (np.isfinite(F).all() and np.isfinite(J).all()):
-                break
-            step = np.linalg.lstsq(J[0], F[0], rcond=None)[0]
-            length = np.abs(step).max()
-            z = z - step * min(1.0, 1.0 / max(length, 1e-300))
-            if length < 1e-13 * np.abs(z).max():
-                break
-        else:
-            continue
-        if not np.isfinite(z).all():
-            continue
-        values = z[n:]
-        point, _, conditions = newton(system.jacobian_program, z[None, :n], values)
-        condition = float(conditions[0])
-        residual = np.abs(system.evaluate(point, values)[0]).max()
-        if residual < 1e-8 and (best is None or condition < best[0]):
-            best = condition, np.concatenate([point[0], values])
-    if best is None or best[0] > 1e10:
-        raise InvalidSystem(
-            "no regular root could be made from random parameters; give a start pair (point, parameters)"
-        )
-    return best[1][None, :n], best[1][n:]
 
 
 class _Memory:

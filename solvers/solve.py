@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from solvers.choose_start import choose_start
-from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, magnitudes, relative_weights
+from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import pairs_of_equals
+from solvers.local import magnitudes, relative_weights
 from solvers.scaling import scales_of
 from solvers.shapes import check_shape, genuine, square_up
 from solvers.solutions import Ledger, Singular, Solutions
@@ -142,9 +143,7 @@ def homotopy_for(system: System, values: np.ndarray, start: str, seed: int) -> H
     return choice.homotopy(system, values, seed, scales.unknowns, scales.equations)
 
 
-def _collect(
-    system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends, rungs: dict[str, int]
-) -> Solutions:
+def _collect(system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends, rungs: dict[str, int]) -> Solutions:
     points = homotopy.in_user_units(ends.x)
     right = np.ones(len(points), bool)
     found = (ends.kind == REGULAR) | (ends.kind == SINGULAR)

@@ -1,0 +1,103 @@
+"""What can be told about a system at one point: its Newton step, its condition, the sizes of its terms."""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+
+from solvers.system import evaluate
+from solvers.tape import ADD, INV, MUL, NEG, SQR, SUB, Program
+
+#: Unknowns smaller than this part of the typical size are measured beside it: paths can end at 0.
+ORIGIN = 1e-8
+#: A Newton step below this is the last one needed.
+CONFIRMED = 1e-9
+
+
+def newton_step(
+    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """One Newton step at each point.
+
+    Returns
+    -------
+    step : ndarray, shape (n, unknowns)
+        J⁻¹F; infinite where J is singular.
+    size : ndarray, shape (n,)
+        Of the step, each unknown in its own size.
+    condition : ndarray, shape (n,)
+        Estimate of the scaled condition number, from the solution for one random right-hand side: seldom more than
+        a few times too small, for the price of nothing.
+    """
+    with np.errstate(all="ignore"):
+        F, J = evaluate(program, points, parameters)
+        weights, rows = relative_weights(points, typical), magnitudes(program, points, parameters, typical)
+        scaled = J * weights[:, None, :] / rows[:, :, None]
+        phases = np.exp(2j * np.pi * np.random.default_rng(1).random(F.shape[1]))
+        right = np.stack([F / rows, np.broadcast_to(phases, F.shape)], axis=2)
+    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    solved = np.full(right.shape, np.inf, np.complex128)
+    with np.errstate(all="ignore"):
+        try:
+            solved[finite] = np.linalg.solve(scaled[finite], right[finite])
+        except np.linalg.LinAlgError:
+            for k in np.flatnonzero(finite):
+                with contextlib.suppress(np.linalg.LinAlgError):
+                    solved[k] = np.linalg.solve(scaled[k], right[k])
+        norm = np.abs(scaled).sum(axis=2).max(axis=1)
+        condition = norm * np.abs(solved[:, :, 1]).max(axis=1)
+        step = solved[:, :, 0]
+        return step * weights, np.abs(step).max(axis=1), np.where(np.isfinite(condition), condition, np.inf)
+
+
+def newton(
+    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float = 0.0, steps: int = 4
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A few Newton steps in double precision: points, size of the last step, scaled condition number.
+
+    A step that would leave the neighbourhood (a thousandth of the point) is not taken. A step below `CONFIRMED` is
+    the last: the next would be its square, or rounding noise.
+    """
+    x = np.array(points)
+    size, condition = np.full(len(x), np.inf), np.full(len(x), np.inf)
+    active = np.arange(len(x))
+    for _ in range(steps):
+        step, size[active], condition[active] = newton_step(program, x[active], parameters, typical)
+        near = size[active] < 1e-3
+        x[active[near]] -= step[near]
+        active = active[near & (size[active] > CONFIRMED)]
+        if not active.size:
+            break
+    return x, size, condition
+
+
+def relative_weights(x: np.ndarray, typical: float = 0.0) -> np.ndarray:
+    """Sizes of the unknowns at points: their moduli, or a small part of the largest one or of the typical size."""
+    size = np.abs(x)
+    return np.maximum(size, np.maximum(1e-4 * size.max(axis=1, keepdims=True), max(ORIGIN * typical, 1e-300)))
+
+
+def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray, typical: float = 0.0) -> np.ndarray:
+    """Sizes of the terms of each equation before they cancel, shape (n, equations).
+
+    An unknown that vanishes counts with its relative weight, so that no size is zero by accident. The program is
+    replayed on absolute values with every difference made a sum. The rounding error of an equation is a small
+    multiple of the rounding unit times this; unlike the largest entry of its gradient it does not vanish at a
+    singular root.
+    """
+    point, values = list(relative_weights(x, typical).T), list(np.abs(parameters))
+    slots = [*point, *values, *[0.0] * len(values), *np.abs(program.constant_values)]
+    for op, a, b, c in program.code.tolist():
+        if op in (ADD, SUB):
+            slots.append(slots[a] + slots[b])
+        elif op == NEG:
+            slots.append(slots[a])
+        elif op == INV:
+            slots.append(1 / np.maximum(slots[a], 1e-300))
+        elif op in (MUL, SQR):
+            slots.append(slots[a] * slots[a if op == SQR else b])
+        else:
+            slots.append(slots[a] * slots[b] + slots[c])
+    columns = [np.broadcast_to(slots[k], len(x)) for k in program.outputs["F"].tolist()]
+    return np.maximum(np.array(columns).T, 1e-300)
