@@ -18,6 +18,7 @@ TABLE: dict[str, str] = {
     "rotatory-trammel": "mechanisms.families.rotatory_trammel:RotatoryTrammel",
     "four-bar-motion": "mechanisms.families.four_bar_motion:FourBarMotion",
     "watt2-path": "mechanisms.families.watt2_path:Watt2Path",
+    "robomech": "mechanisms.families.robomech:RoboMechFamily",
     "coupled-serial-chain": "mechanisms.families.coupled_serial_chain:CoupledSerialChain",
 }
 
