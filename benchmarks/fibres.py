@@ -20,7 +20,7 @@ from solvers import Solutions, System, certify, monodromy, solve
 
 #: Problem 3 of Wampler, Morgan and Sommese, Complete solution of the nine-point path synthesis problem, 1992.
 NINE_POINTS = np.array(
-    [0.25, 0.52 + 0.10j, 0.80 + 0.70j, 1.20 + 1.00j, 1.40 + 1.30j, 1.10 + 1.48j, 0.70 + 1.40j, 0.20 + 1.00j, 0.02 + 0.40j]
+    [0.25, 0.52 + 0.1j, 0.8 + 0.7j, 1.2 + 1j, 1.4 + 1.3j, 1.1 + 1.48j, 0.7 + 1.4j, 0.2 + 1j, 0.02 + 0.4j]
 )
 
 
