@@ -127,12 +127,14 @@ class FourBarMotion(Family):
 
     def freedom(self, task: Task) -> str:
         """What the poses leave open."""
+        poses = len(task.poses[BODY])
+        count = task.solve.get("samples", STATIONS if poses == 4 else SAMPLES)
         left = {
-            4: f"four poses leave a curve of dyads; {STATIONS} points of it were paired",
-            3: f"three poses leave a plane of dyads; up to {SAMPLES} for each side were paired",
-            2: f"two poses leave three free numbers for each dyad; up to {SAMPLES} for each side were paired",
+            4: f"four poses leave a curve of dyads; up to {count} points of it were paired",
+            3: f"three poses leave a plane of dyads; up to {count} for each side were paired",
+            2: f"two poses leave three free numbers for each dyad; up to {count} for each side were paired",
         }
-        return left.get(len(task.poses[BODY]), "")
+        return left.get(poses, "")
 
     def candidates(
         self,
@@ -193,11 +195,13 @@ def pools(task: Task) -> tuple[DyadPool, DyadPool]:
         except ValueError as error:
             raise TaskError(f"{task.where}: poses: {error}") from None
         numbers = [task.free.get(f"dyad{k}") for k in (1, 2)]
-        found = [_of_curve(curve, number, *pair) for number, pair in zip(numbers, regions)]
+        count = int(task.solve.get("samples", STATIONS))
+        found = [_of_curve(curve, count, number, *pair) for number, pair in zip(numbers, regions)]
         if any(number is not None for number in numbers):
             return found[0], found[1]
     else:
-        found = [sampled_pool(poses, SAMPLES, *pair, seed=task.seed + k) for k, pair in enumerate(regions)]
+        count = int(task.solve.get("samples", SAMPLES))
+        found = [sampled_pool(poses, count, *pair, seed=task.seed + k) for k, pair in enumerate(regions)]
     if not any(region.given for pair in regions for region in pair):
         return found[0], found[0]
     return found[0], found[1]
@@ -225,7 +229,7 @@ def region_of(task: Task, pivot: str) -> Region:
     return Region(*sides)
 
 
-def _of_curve(curve: CircleCurve, number: float | None, fixed: Region, moving: Region) -> DyadPool:
+def _of_curve(curve: CircleCurve, count: int, number: float | None, fixed: Region, moving: Region) -> DyadPool:
     if number is not None:
         return DyadPool.of(*curve.at_station(number), dyad=np.array([number]))
     for region, which in ((moving, "moving"), (fixed, "fixed")):
@@ -233,4 +237,4 @@ def _of_curve(curve: CircleCurve, number: float | None, fixed: Region, moving: R
             circuit, phi, distance = curve.nearest(place, which)
             g, z = curve.dyads(circuit, phi)
             return DyadPool.of(g, z, distance_from_pick=np.array([distance]))
-    return curve_pool(curve, STATIONS, fixed, moving)
+    return curve_pool(curve, count, fixed, moving)

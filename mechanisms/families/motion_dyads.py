@@ -106,8 +106,12 @@ def common_pole(poses: Poses) -> complex | None:
     poles = poses.points[0] - poses.moves[1:] / turns
     if np.abs(poles - poles[0]).max() > SAME * max(poses.size, float(np.abs(poles - poses.points[0]).max())):
         return None
-    tidy = np.round(poles[0] / poses.size, 12) * poses.size
-    return complex(tidy) + 0.0
+    return tidy(complex(poles[0]), poses.size)
+
+
+def tidy(place: complex, size: float) -> complex:
+    """A place for messages, without the dust of rounding."""
+    return complex(np.round(place / size, 12) * size) + 0.0
 
 
 @dataclass(frozen=True)

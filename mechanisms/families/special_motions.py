@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import cmath
 from typing import Any
 
-from mechanisms.families.motion_dyads import Poses, common_pole
+from mechanisms.families.dyad_pools import third_point
+from mechanisms.families.motion_dyads import Poses, common_pole, tidy
 from mechanisms.task import Task, TaskError
 
 __all__ = ["refuse_special_motions", "refuse_whole_families"]
@@ -43,9 +45,18 @@ def refuse_special_motions(task: Task, poses: Poses) -> None:
     if len(poses) < 3:
         return
     if poses.parallel:
+        circle = _circle(poses)
+        remedy = (
+            "no two pins hold it"
+            if circle is None
+            else (
+                f"so does a parallelogram whose links are parallel to the radius from ({circle[0].real:g}, "
+                f"{circle[0].imag:g}) to the reference point, and {circle[1]:g} long"
+            )
+        )
         raise TaskError(
-            f"{task.where}: poses: the body never turns; two crossed slides carry it, and no dyad of two pins "
-            f"does unless all positions lie on one circle; turn it in one of its poses"
+            f"{task.where}: poses: the body never turns; two crossed slides carry it, {remedy}; turn it in one of its "
+            f"poses"
         )
     pole = common_pole(poses)
     if pole is not None:
@@ -53,3 +64,12 @@ def refuse_special_motions(task: Task, poses: Poses) -> None:
             f"{task.where}: poses: the body only turns about the point ({pole.real:g}, {pole.imag:g}); pin it "
             f"there, no linkage is needed"
         )
+
+
+def _circle(poses: Poses) -> tuple[complex, float] | None:
+    """Centre and radius of the circle through all positions; None if there is none."""
+    centre = complex(third_point(Poses(poses.points[:3], poses.angles[:3]), poses.points[0])[0])
+    radii = abs(poses.points - centre)
+    if not cmath.isfinite(centre) or float(max(radii) - min(radii)) > ON_CIRCLE * float(max(radii)):
+        return None
+    return tidy(centre, poses.size), float(radii[0])

@@ -7,7 +7,7 @@ import pytest
 from four_bar_samples import four_bar_poses
 
 from mechanisms import Task, TaskError, synthesize
-from mechanisms.catalogue import recipe
+from mechanisms.catalogue import load, recipe
 from mechanisms.families.alt_burmester import (
     COUNTS,
     mixed_instance,
@@ -16,7 +16,8 @@ from mechanisms.families.alt_burmester import (
 )
 from mechanisms.families.burmester import five_pose_dyads
 from mechanisms.families.motion_dyads import Poses
-from solvers import monodromy
+from solvers import monodromy, solve
+from solvers.points import PointSet
 
 
 def pairs(poses: int, points: int, seed: int):
@@ -30,6 +31,18 @@ def test_the_published_counts_are_found_with_a_trace_test(poses, points):
     assert len(found) == COUNTS[poses, points]
     assert found.complete
     assert "trace test passed" in found.evidence
+
+
+@pytest.mark.parametrize(("poses", "points"), [(4, 2), pytest.param(3, 4, marks=pytest.mark.slow)], ids=["4,2", "3,4"])
+def test_a_polyhedral_start_ends_in_the_same_roots(poses, points):
+    """Another route to the counts: every other path ends singular, where the two dyads are one."""
+    generic = load(f"alt-burmester:{poses}:{points}")
+    found = solve(mixed_system(poses, points), generic.parameters, "polyhedral", certificates=False)
+    assert found.ledger.failed == 0
+    assert len(found) == COUNTS[poses, points]
+    known = PointSet(found.points.shape[1])
+    known.add(generic.points)
+    assert np.all(known.find(found.points) >= 0)
 
 
 @pytest.mark.slow
@@ -54,7 +67,6 @@ def test_five_points_with_both_pivots_given_have_36_four_bars():
 
 def test_the_twelve_pairs_of_five_poses_are_those_of_the_four_dyads():
     from mechanisms.families.alt_burmester import mixed_parameters
-    from solvers import solve
 
     poses = Poses.of([(0, 0, 0), (-0.5, -1.9, 90), (1.7, 0, 45), (-1.6, 0.4, 35), (-1.5, 0.1, 25)])
     generic = pairs(5, 0, 1)
