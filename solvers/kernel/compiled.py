@@ -13,6 +13,9 @@ from solvers.kernel.layout import layout, workspace
 from solvers.kernel.reference import KINDS, Settings, Tracked, radius
 from solvers.tape import Program
 
+#: Paths tracked without looking up: a fraction of a second, so that an interruption is heard.
+CHUNK = 8192
+
 _STATE: dict[str, Any] = {}
 
 
@@ -146,12 +149,17 @@ class Run:
             size=min(float(settings.size), 1e150) ** 2,
         )
         turn = (float(bend.real), float(bend.imag))
-        tracker.track_queue(
-            self.lanes, width, work, self.at, n, m, self.mode, self.address, self.code, self.outputs,
-            self.pattern, self.matrix, KINDS.index(kind), turn, control, _pairs(x), _pairs(np.atleast_2d(base)),
-            _pairs(np.atleast_2d(direction)), result.x.view(np.float64), result.r,
-            result.tangent.view(np.float64), result.status, result.ticks, result.steps, result.quality,
-        )  # fmt: skip
+        starts, lines = _pairs(x), [_pairs(np.atleast_2d(values)) for values in (base, direction)]
+        ends = (result.x.view(np.float64), result.r, result.tangent.view(np.float64))
+        counts = (result.status, result.ticks, result.steps, result.quality)
+        for first in range(0, count, CHUNK):
+            rows = slice(first, first + CHUNK)
+            line = [values[rows] if len(values) > 1 else values for values in lines]
+            tracker.track_queue(
+                self.lanes, width, work, self.at, n, m, self.mode, self.address, self.code, self.outputs,
+                self.pattern, self.matrix, KINDS.index(kind), turn, control, starts[rows], *line,
+                *[values[rows] for values in (*ends, *counts)],
+            )  # fmt: skip
         if "loaded" not in _STATE:
             _STATE["loaded"] = True
             with contextlib.suppress(OSError):

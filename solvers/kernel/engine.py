@@ -206,9 +206,15 @@ class Engine:
         Returns
         -------
         Tracked
+
+        Raises
+        ------
+        ValueError
+            Shapes do not fit the system, or an option is unknown; the message says which.
         """
         x = np.atleast_2d(np.asarray(x, np.complex128))
         base, direction = np.asarray(base, np.complex128), np.asarray(direction, np.complex128)
+        self._check_shapes(x, base, direction)
         if kind not in reference.KINDS:
             raise ValueError(f"the kind of path {kind!r} is unknown; it is one of {', '.join(reference.KINDS)}")
         if kind == "toric" and np.any(direction.imag):
@@ -237,6 +243,17 @@ class Engine:
         result = self._run(self.used).track(x, base, direction, start, end, stop, settings, kind, complex(bend))
         self._path_ticks += int(result.ticks.sum())
         return result
+
+    def _check_shapes(self, x: np.ndarray, *lines: np.ndarray) -> None:
+        n, m = self.program.unknowns, self.program.parameters
+        if x.ndim != 2 or x.shape[1] != n:
+            raise ValueError(f"start points of the shape {x.shape}; the system has {n} unknowns, a row is a point")
+        for values in lines:
+            if values.shape not in ((m,), (1, m), (len(x), m)):
+                raise ValueError(
+                    f"parameters of the shape {values.shape} for {len(x)} paths; the system has {m} parameters, "
+                    f"so the shape is ({m},) for all paths or ({len(x)}, {m})"
+                )
 
     def _choose(self, paths: int, pivoted: bool) -> str:
         wanted = self.prefer

@@ -95,9 +95,7 @@ def test_toric_paths_follow_powers_of_a_vanishing_parameter(way):
     coefficients = rng.normal(size=5) + 1j * rng.normal(size=5)
     rates = -np.array([0.0, 1.5, 1.0, 2.5, 0.0])
     r = 9.0
-    found = tracked(
-        engine, way, roots(coefficients * np.exp(r * rates)), coefficients, rates, start=r, kind="toric"
-    )
+    found = tracked(engine, way, roots(coefficients * np.exp(r * rates)), coefficients, rates, start=r, kind="toric")
     assert (found.status == REACHED).all()
     assert difference(found.x, roots(coefficients)) < 1e-12
 
@@ -232,3 +230,23 @@ def test_wrong_options_are_named(magnets, options, words):
     engine, *line = magnets
     with pytest.raises(ValueError, match=words):
         engine.track(*line, **options)
+
+
+def test_shapes_that_do_not_fit_are_refused(magnets):
+    engine, starts, base, direction = magnets
+    with pytest.raises(ValueError, match="5 unknowns"):
+        engine.track(starts[:, :4], base, direction)
+    with pytest.raises(ValueError, match=r"2 parameters.*\(2,\)"):
+        engine.track(starts, np.ones(3), direction)
+    with pytest.raises(ValueError, match=r"shape \(3, 2\) for 16 paths"):
+        engine.track(starts, base, np.ones((3, 2)))
+
+
+def test_a_long_queue_is_tracked_in_pieces(magnets, monkeypatch):
+    engine, starts, base, direction = magnets
+    many, lines = np.tile(starts, (3, 1)), np.tile(base, (48, 1))
+    whole = tracked(engine, "interpreted", many, lines, direction)
+    monkeypatch.setattr(compiled, "CHUNK", 7)
+    pieces = tracked(engine, "interpreted", many, lines, direction)
+    assert np.array_equal(whole.x, pieces.x) and np.array_equal(whole.ticks, pieces.ticks)
+    assert np.array_equal(whole.quality, pieces.quality)
