@@ -288,9 +288,7 @@ def _read(name: str, folder: Path) -> tuple[dict[str, Any], np.ndarray, np.ndarr
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             points, parameters = file["points"], file["parameters"]
     except (ValueError, KeyError, OSError) as error:
-        raise CatalogueError(
-            f"{arrays.name} does not hold plain arrays ({error}); make it again: {again}"
-        ) from None
+        raise CatalogueError(f"{arrays.name} does not hold plain arrays ({error}); make it again: {again}") from None
     made_from = _recipe(name)
     wanted = (manifest["stored"], made_from.kept)
     if points.shape != wanted or parameters.shape != (len(made_from.system.parameters),):

@@ -253,7 +253,7 @@ def degenerate_points(points: NDArray[np.complex128]) -> str:
             what, most = ("line", MOST_ON_LINE) if straight else ("circle", MOST_ON_CIRCLE)
             return (
                 f"points {which} are on one {what}; a coupler curve of a four-bar has at most {most} points in common "
-                f"with a {what} that is no part of it, and four-bars that draw a whole {what} are degenerate and come in "
-                f"infinite families: move a point, or leave points out"
+                f"with a {what} that is no part of it, and four-bars that draw a whole {what} are degenerate and "
+                f"come in infinite families: move a point, or leave points out"
             )
     return ""

@@ -1,8 +1,8 @@
 """The rotatory trammel alone: every trammel that carries a body through five, six or seven poses, and what eight allow.
 
 The trammel has two degrees of freedom: it is the part of the modified Wanzer linkage that decides which poses the body
-can take.  See `mechanisms.families.trammel` for the equations, `mechanisms.families.wanzer_equations` for the proof that
-seven poses is the most, and `mechanisms.families.eight_poses` for eight.
+can take.  See `mechanisms.families.trammel` for the equations, `mechanisms.families.wanzer_equations` for the proof
+that seven poses is the most, and `mechanisms.families.eight_poses` for eight.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from mechanisms.families.eight_poses import (
     MAX_ANGLE_ERROR,
     TOLERANCE,
     EightPoses,
-    Near,
     eight_pose_answer,
     seven_of,
     solve_eight,
 )
 from mechanisms.families.trammel_choices import FREE
 from mechanisms.families.trammel_linkage import trammel_linkage, trammel_poses
+from mechanisms.families.trammel_positions import Near
 from mechanisms.families.trammel_task import ANGLES, Placed, TrammelTask
 from mechanisms.task import Task
 

@@ -35,7 +35,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mechanisms.families.reality import Mirror
 
@@ -115,7 +115,7 @@ class Trammel:
         half, unit = (self.B - self.C) / 2, self.u
         return (self.B + self.C) / 2, complex(-self.b, self.a) * unit, half.conjugate() * unit**2
 
-    def disk_turns(self, points: Sequence[complex], turns: Sequence[float]) -> NDArray[np.float64]:
+    def disk_turns(self, points: ArrayLike, turns: ArrayLike) -> NDArray[np.float64]:
         """How far the disk has turned in each pose, radians: of the two values that fit the distance, the nearer.
 
         Parameters
@@ -139,9 +139,9 @@ class Trammel:
         sine = b.imag * k20 - k10 * c.real
         with np.errstate(divide="ignore", invalid="ignore"):
             unit = (cosine + 1j * sine) / delta
-            return np.angle(unit / self.u)
+            return np.asarray(np.angle(unit / self.u), float)
 
-    def residuals(self, points: Sequence[complex], turns: Sequence[float]) -> NDArray[np.float64]:
+    def residuals(self, points: ArrayLike, turns: ArrayLike) -> NDArray[np.float64]:
         """Eq. (7) in each pose, divided by Δ²: zero where the trammel meets it."""
         e = np.exp(1j * np.asarray(turns, float))
         b = np.asarray(points) + e * self.B - self.Q
@@ -237,13 +237,13 @@ def _conditions(essential: Sequence[Any], poses: int, quadratic: bool) -> tuple[
 
 
 def pose_values(
-    points: Sequence[complex], turns: Sequence[float], rows: NDArray[Any] | None = None, quadratic: bool = False
+    points: ArrayLike, turns: ArrayLike, rows: NDArray[Any] | None = None, quadratic: bool = False
 ) -> NDArray[np.complex128]:
     """Parameters of `trammel_system` for real poses and conditions.
 
     Parameters
     ----------
-    points : sequence of complex
+    points : (later poses,) complex array
         Positions of P in the later poses, measured from pose 0.
     turns : sequence of float
         Rotations from pose 0, radians.

@@ -138,13 +138,11 @@ def _defaults(given: dict[str, float], poses: int) -> None:
 def _count(given: Mapping[str, float], lengths: Mapping[str, float], wanted: int, poses: int, words: str) -> None:
     if len(lengths) == wanted:
         return
+    verb = "is" if len(lengths) < 2 else "are"
     names = ", ".join(item.name for item in FREE if item.name != "theta0")
     have = ", ".join(lengths) or "none"
     many = "too many" if len(lengths) > wanted else "too few"
-    raise ValueError(
-        f"free: {poses} poses {words} leave {wanted} of {names} to be chosen; {have} {'is' if len(lengths) < 2 else 'are'} "
-        f"{many}"
-    )
+    raise ValueError(f"free: {poses} poses {words} leave {wanted} of {names} to be chosen; {have} {verb} {many}")
 
 
 def _independent(rows: Sequence[NDArray[np.complex128]], given: Mapping[str, float]) -> NDArray[np.complex128]:
@@ -170,9 +168,9 @@ def _linear(name: str, value: float, theta0: float) -> NDArray[np.complex128]:
 
 def _complex_parts(form: Sequence[complex]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Real and imaginary part of a form in m, d, R as forms in all six."""
-    form = np.array(form, np.complex128)
-    barred = np.conj(form)[[1, 0, 3, 2, 5, 4]]
-    return (form + barred) / 2, (form - barred) / 2j
+    row = np.array(form, np.complex128)
+    barred = np.conj(row)[[1, 0, 3, 2, 5, 4]]
+    return (row + barred) / 2, (row - barred) / 2j
 
 
 def _circle(x: float, y: float) -> NDArray[np.complex128]:

@@ -7,11 +7,10 @@ carries the body.  The original linkage guides A by a block on a vertical line (
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mechanisms.families.trammel import Trammel
 from mechanisms.linkage import Input, Linkage, Slider
@@ -115,9 +114,12 @@ def trammel_linkage(trammel: Trammel, origin: complex = 0j, title: str = "", len
     return Linkage(points, links, sliders, bodies={"body": ("coupler", "P")}, title=title, length_unit=length_unit)
 
 
-def trammel_poses(disk: Sequence[float], turns: Sequence[float]) -> list[dict[str, float]]:
+def trammel_poses(disk: ArrayLike, turns: ArrayLike) -> list[dict[str, float]]:
     """Configurations of `trammel_linkage`: rotations of disk and coupler from pose 0."""
-    return [{**dict.fromkeys(_WITH_DISK, float(theta)), "coupler": float(phi)} for theta, phi in zip(disk, turns)]
+    return [
+        {**dict.fromkeys(_WITH_DISK, float(theta)), "coupler": float(phi)}
+        for theta, phi in zip(np.asarray(disk), np.asarray(turns))
+    ]
 
 
 def guided_linkage(
@@ -146,7 +148,7 @@ def guided_linkage(
     )
 
 
-def guided_poses(disk: Sequence[float], turns: Sequence[float]) -> list[dict[str, float]]:
+def guided_poses(disk: ArrayLike, turns: ArrayLike) -> list[dict[str, float]]:
     """Configurations of `guided_linkage`."""
     return [{**pose, "guide": 0.0} for pose in trammel_poses(disk, turns)]
 
@@ -184,9 +186,7 @@ def modified_linkage(
     )
 
 
-def modified_poses(
-    disk: Sequence[float], turns: Sequence[float], four_bar: CurveFourBar
-) -> list[dict[str, float]]:
+def modified_poses(disk: ArrayLike, turns: ArrayLike, four_bar: CurveFourBar) -> list[dict[str, float]]:
     """Configurations of `modified_linkage`."""
     names = ("crank", "carrier", "rocker")
     return [

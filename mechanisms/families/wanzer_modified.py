@@ -4,8 +4,8 @@ Three problems that do not know of each other, and their product:
 
 1. every trammel for the poses (`mechanisms.families.trammel`);
 2. the point A of the coupler, by L_AP and δ in Eq. (18), given or searched in ranges;
-3. every four-bar whose coupler curve passes through the places of A (`mechanisms.families.four_bar_curve`), which depend on
-   the poses and on A, not on the trammel.
+3. every four-bar whose coupler curve passes through the places of A (`mechanisms.families.four_bar_curve`), which
+   depend on the poses and on A, not on the trammel.
 
 Any trammel goes with any four-bar for the same A.  Most pairs are hopeless for reasons that one half shows alone,
 and these are named on the half, so that the product is never written out:
@@ -38,7 +38,6 @@ from mechanisms.families.eight_poses import (
     MAX_ANGLE_ERROR,
     TOLERANCE,
     EightPoses,
-    Near,
     eight_pose_answer,
     seven_of,
     solve_eight,
@@ -46,6 +45,7 @@ from mechanisms.families.eight_poses import (
 from mechanisms.families.trammel import Trammel
 from mechanisms.families.trammel_choices import FREE
 from mechanisms.families.trammel_linkage import modified_linkage, modified_poses
+from mechanisms.families.trammel_positions import Near
 from mechanisms.families.trammel_task import ANGLES, Placed, TrammelTask
 from mechanisms.task import Task, TaskError
 
@@ -150,9 +150,7 @@ class WanzerModified(Family):
             answer = eight_pose_answer(task, solved[:count], progress)
             yield from answer.rejected
             exact = bool(answer.ranked) and answer.ranked[0].exact
-            trammels = (
-                [near for near in answer.ranked if near.exact] if exact else list(_to_complete(task, answer))
-            )
+            trammels = [near for near in answer.ranked if near.exact] if exact else list(_to_complete(task, answer))
             turns = [None] if exact else list(trammels)  # type: ignore[arg-type]
             yield from _unused(answer, trammels)
         else:
@@ -318,8 +316,8 @@ def _pair(
     four_bar = found.four_bar
     origin = task.poses[BODY][0].point
     parameters = trammel.parameters() | four_bar.parameters() | {"L_AP": a_point.length, "delta": a_point.delta}
-    near = isinstance(trammel, Near) and not trammel.exact
-    too_far = near and trammel.worst > float(task.free.get("max_angle_error", TOLERANCE))
+    error = trammel.worst if isinstance(trammel, Near) and not trammel.exact else None
+    too_far = error is not None and error > float(task.free.get("max_angle_error", TOLERANCE))
     roots = [root for root in (trammel.root, found.root) if root >= 0]
     return Candidate(
         roots[0],
@@ -329,8 +327,8 @@ def _pair(
         reasons=("inexact",) if too_far else (),
         note="" if not isinstance(trammel, Near) else _note(trammel),
         angles=ANGLES | {"delta"},
-        pose_error=0.0 if near else None,
-        angle_error=trammel.worst if near else None,
+        pose_error=None if error is None else 0.0,
+        angle_error=error,
         extra={"roots": roots, "curve": found.curve},
     )
 

@@ -64,23 +64,20 @@ CURVE = ("x_M", "y_M", "x_N", "y_N", "L_MR", "L_NS", "e", "f", "g")
 _SIGN_OF_A = "the sign is opposite to Eq. (1), in all three tables; b agrees with Eq. (3)"
 
 
-def poses_task(poses: int, mechanism: str = "rotatory-trammel", **free: float) -> Task:
+def poses_task(poses: int, **free: float) -> Task:
     """The first poses of Table 4.
 
     >>> poses_task(7)
     Task('rotatory-trammel', body: 7 poses)
     """
     rows = [{"x": x, "y": y, "angle_deg": angle} for x, y, angle in POSES[:poses]]
-    return Task.from_dict({"mechanism": mechanism, "poses": rows, "free": free})
+    return Task.from_dict({"mechanism": "rotatory-trammel", "poses": rows, "free": free})
 
 
 def a_points(poses: int) -> NDArray[np.complex128]:
     """The places of A by Eq. (18)."""
     return np.array(
-        [
-            complex(x, y) + L_AP * np.exp(1j * math.radians(angle + DELTA_DEG - 90.0))
-            for x, y, angle in POSES[:poses]
-        ]
+        [complex(x, y) + L_AP * np.exp(1j * math.radians(angle + DELTA_DEG - 90.0)) for x, y, angle in POSES[:poses]]
     )
 
 
@@ -116,9 +113,7 @@ def _table_2() -> list[Comparison]:
         ours = (min(equations, essential), 7 - min(equations, essential))
         items.append(Comparison("Table 2", f"Eq. (17), {poses} poses: parameters, free", printed, ours, why))
     for poses, printed in ((6, "6, 3"), (7, "7, 2"), (8, "8, 1")):
-        items.append(
-            Comparison("Table 2", f"Eq. (19), {poses} poses: parameters, free", printed, (poses, 9 - poses))
-        )
+        items.append(Comparison("Table 2", f"Eq. (19), {poses} poses: parameters, free", printed, (poses, 9 - poses)))
     return items
 
 
@@ -135,12 +130,8 @@ def _example(poses: int) -> list[Comparison]:
     ]
     items += _numbers(where, table, four_bar.four_bar.parameters(), CURVE, CURVE_CHOICE[poses])
     items += [
-        Comparison(
-            where, "trammels, real", "", (trammel_count, len(trammels)), kind="inferred", why="all of them"
-        ),
-        Comparison(
-            where, "four-bars, real", "", (curve_count, len(four_bars)), kind="inferred", why="all of them"
-        ),
+        Comparison(where, "trammels, real", "", (trammel_count, len(trammels)), kind="inferred", why="all of them"),
+        Comparison(where, "four-bars, real", "", (curve_count, len(four_bars)), kind="inferred", why="all of them"),
     ]
     verdict = _verdict(poses, trammel, four_bar.four_bar)
     what = "free of branch and order defects, driven by the crank MR"
@@ -209,16 +200,15 @@ def _verdict(poses: int, trammel: Placed, four_bar: CurveFourBar) -> Any:
 def _third_example() -> list[Comparison]:
     """Table 7: an exact four-bar, a trammel that is none."""
     from mechanisms.families.base import Solved
-    from mechanisms.families.eight_poses import absence, seven_of
+    from mechanisms.families.eight_absence import absence
+    from mechanisms.families.eight_poses import seven_of
     from mechanisms.families.wanzer_modified import trammel_signs
 
     table = TABLES[8]
     four_bars, count = _four_bars(8)
     four_bar = _nearest(four_bars, table, CURVE, lambda found: found.four_bar.parameters())
     items = _numbers("Table 7", table, four_bar.four_bar.parameters(), CURVE, CURVE_CHOICE[8])
-    items.append(
-        Comparison("Table 7", "four-bars, real", "", (count, len(four_bars)), "all of them", kind="inferred")
-    )
+    items.append(Comparison("Table 7", "four-bars, real", "", (count, len(four_bars)), "all of them", kind="inferred"))
 
     printed = {name: float(table[name]) for name in TRAMMEL}
     theta0 = math.radians(float(table["theta0"]))
@@ -253,9 +243,7 @@ def _third_example() -> list[Comparison]:
         ),
     )
     both = bool(signs.min() < 0 < signs.max())
-    why = (
-        f"the trammel's determinant has the signs {', '.join('+' if s > 0 else '−' for s in signs)} in poses 0 … 7"
-    )
+    why = f"the trammel's determinant has the signs {', '.join('+' if s > 0 else '−' for s in signs)} in poses 0 … 7"
     return [*items, claim("Sect. 9.3.1", "the third example is not free of branch defects", both, why)]
 
 

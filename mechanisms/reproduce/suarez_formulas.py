@@ -74,9 +74,7 @@ def _trammel() -> list[Comparison]:
         from mechanisms.families.wanzer_equations import trammel_equations
 
         equations = trammel_equations()
-        values = dict(
-            zip((*equations.unknowns, *equations.pose), (x_b, y_b, x_c, y_c, x_q, y_q, theta0, x, y, phi))
-        )
+        values = dict(zip((*equations.unknowns, *equations.pose), (x_b, y_b, x_c, y_c, x_q, y_q, theta0, x, y, phi)))
         psi = [float(form.subs(values)) for form in equations.psi]
         return (psi[0] - psi[2]) * cos(2 * theta0) + psi[1] * sin(2 * theta0) + psi[0] + psi[2] + 2 * psi[3]
 

@@ -71,7 +71,7 @@ def test_points_that_are_no_roots_are_refused(copied):
     manifest = json.loads((copied / "trammel-5.json").read_text())
     manifest["sha256"] = hashlib.sha256((copied / "trammel-5.npz").read_bytes()).hexdigest()
     (copied / "trammel-5.json").write_text(json.dumps(manifest))
-    checks = dict((name, passed) for name, passed, _ in verify("trammel:5", copied))
+    checks = {name: passed for name, passed, _ in verify("trammel:5", copied)}
     assert checks["files"] and not checks["roots"]
 
 
@@ -86,9 +86,7 @@ def test_pickled_arrays_are_not_loaded(copied):
         load("trammel:5", copied)
 
 
-@pytest.mark.parametrize(
-    "name", ["nonsense", "trammel:9", "trammel:7:quadratic", "four-bar-path:8:e,g", "trammel"]
-)
+@pytest.mark.parametrize("name", ["nonsense", "trammel:9", "trammel:7:quadratic", "four-bar-path:8:e,g", "trammel"])
 def test_unknown_names_are_explained(name):
     with pytest.raises(CatalogueError, match="no problem"):
         generic(name)

@@ -9,15 +9,11 @@ import pytest
 from mechanisms import Task
 from mechanisms.catalogue import generic
 from mechanisms.families.base import Candidate
-from mechanisms.families.eight_poses import (
-    absence,
-    best_polished,
-    configurations,
-    distinct_exact,
-    near_designs,
-    solve_eight,
-)
+from mechanisms.families.eight_absence import absence
+from mechanisms.families.eight_poses import distinct_exact, near_designs, solve_eight
+from mechanisms.families.eight_squares import best_polished
 from mechanisms.families.trammel import Trammel
+from mechanisms.families.trammel_positions import configurations
 from solvers import solve
 from tests.mechanisms import suarez
 
@@ -55,9 +51,7 @@ def test_every_configuration_closes_and_a_known_one_is_among_them(seed):
     disks, turns = configurations(trammel, point)
     assert len(disks) in (2, 4)
     assert max(closure_gap(trammel, point, a, b) for a, b in zip(disks, turns)) < 1e-10
-    distance = np.abs(np.exp(1j * disks) - cmath.exp(1j * disk)) + np.abs(
-        np.exp(1j * turns) - cmath.exp(1j * turn)
-    )
+    distance = np.abs(np.exp(1j * disks) - cmath.exp(1j * disk)) + np.abs(np.exp(1j * turns) - cmath.exp(1j * turn))
     assert distance.min() < 1e-8
     assert len(configurations(trammel, 1e3 + 0j)[0]) == 0
 
@@ -78,7 +72,7 @@ def test_absence_is_a_matter_of_rounding_where_a_design_exists():
 
 
 def test_best_of_seven_poses_misses_the_eighth_orientation_by_less_than_a_hundredth_of_a_degree(table_4):
-    task, _, near = table_4
+    _, _, near = table_4
     best = min(near, key=lambda each: each.worst)
     assert math.degrees(best.worst) < 0.01
     for each in sorted(near, key=lambda each: each.worst)[:20]:

@@ -7,8 +7,8 @@ import pytest
 
 from mechanisms import Task, synthesize
 from mechanisms.families.trammel import Trammel
-from mechanisms.families.wanzer import guided_point
 from mechanisms.families.trammel_task import TrammelTask
+from mechanisms.families.wanzer import guided_point
 from mechanisms.families.wanzer_modified import trammel_signs
 from mechanisms.task import TaskError
 from tests.mechanisms import suarez
@@ -40,9 +40,7 @@ def test_all_trammels_for_seven_poses(seven_trammels):
 
 def test_trammels_do_not_depend_on_the_detour(seven_trammels):
     again = synthesize(task("rotatory-trammel", 7, {"theta0_deg": 0.0}, solve={"seed": 4}))
-    pivots = [
-        sorted((d.parameters["x_Q"], d.parameters["y_Q"]) for d in r.accepted) for r in (seven_trammels, again)
-    ]
+    pivots = [sorted((d.parameters["x_Q"], d.parameters["y_Q"]) for d in r.accepted) for r in (seven_trammels, again)]
     assert len(pivots[0]) == len(pivots[1])
     assert np.allclose(pivots[0], pivots[1], rtol=1e-6, atol=1e-8)
 
@@ -79,9 +77,7 @@ def test_six_poses_with_any_choice(free):
 def test_five_poses_with_two_choices():
     result = synthesize(task("rotatory-trammel", 5, {"theta0_deg": 0.0, "x_Q": 1.3, "y_Q": -1.9}))
     assert result.accepted
-    assert all(
-        abs(d.parameters["x_Q"] - 1.3) < 1e-8 and abs(d.parameters["y_Q"] + 1.9) < 1e-8 for d in result.accepted
-    )
+    assert all(abs(d.parameters["x_Q"] - 1.3) < 1e-8 and abs(d.parameters["y_Q"] + 1.9) < 1e-8 for d in result.accepted)
 
 
 def test_original_wanzer_guides_a_on_a_vertical():
