@@ -19,7 +19,8 @@ curve, and
     x = m + r·cos φ,        y = (−B + r·sin φ·√(D/((x−x₁)(x₂−x))))/(2A)
 
 runs through it once, smoothly, the turning points included.  So the circuits are known before anything is drawn,
-and tracing cannot jump from one to the other.
+and tracing cannot jump from one to the other.  Where the leading form vanishes, as it does when the poses are parallel
+in pairs, the line at infinity is a part of the curve, and what is left is a conic.
 
 Source: L. Burmester, Lehrbuch der Kinematik, 1888; J. M. McCarthy and G. S. Soh, Geometric Design of Linkages,
 2nd edition, Springer 2011, chapter 5; the parametrization is the classical one by lines through a point of the
@@ -29,13 +30,13 @@ cubic.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial as poly
 from numpy.typing import ArrayLike, NDArray
 
+from mechanisms.families.curve_circuits import FINE, Circuit, CubicCircuit, conic_circuits
 from mechanisms.families.motion_dyads import MotionDyad, Poses
 
 __all__ = ["CircleCurve", "Circuit"]
@@ -44,79 +45,10 @@ __all__ = ["CircleCurve", "Circuit"]
 ROUNDING = 1e-12
 #: A homogeneous point whose last coordinate is below this part of the others is at infinity.
 INFINITE = 1e-9
-#: Points looked at when a circuit is divided into equal steps, or searched for the point nearest to a place.
-FINE = 4096
-
-
-@dataclass(frozen=True, eq=False)
-class Circuit:
-    """One closed branch of the circle-point curve, in the projective plane, with its centre points.
-
-    Attributes
-    ----------
-    curve : CircleCurve
-    low, high : float
-        The interval of x, across the asymptote, in units of the task's size.
-    unbounded : bool
-        Whether it runs through infinity; the other one, if there is one, is an oval.
-    """
-
-    curve: CircleCurve
-    low: float
-    high: float
-    unbounded: bool
-
-    def points(self, phi: ArrayLike) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Circle points and centre points, homogeneous and in units of the task's size from pose 0's point.
-
-        Parameters
-        ----------
-        phi : (n,) array_like, radians
-            The parameter; 2π is once round.
-
-        Returns
-        -------
-        moving, fixed : (n, 3) float arrays
-            (x, y, w), where w = 0 is infinity.
-        """
-        phi = np.atleast_1d(np.asarray(phi, dtype=float))
-        middle, radius = (self.low + self.high) / 2, (self.high - self.low) / 2
-        x = middle + radius * np.cos(phi)
-        a, b, c = (poly.polyval(x, row) for row in self.curve.quadratic)
-        root = radius * np.sin(phi) * np.sqrt(np.maximum(poly.polyval(x, self._rest), 0.0))
-        # y = (−b + root)/2a = 2c/(−b − root), each without cancellation on its side
-        plain = b * root <= 0
-        y, w = np.where(plain, -b + root, 2 * c), np.where(plain, 2 * a, -b - root)
-        moving = np.stack([x * w, y, w], axis=-1) @ self.curve.axes.T
-        moving /= np.linalg.norm(moving, axis=1, keepdims=True)
-        return moving, self.curve.centers(moving)
-
-    def phi_of(self, place: complex) -> float:
-        """The parameter of a finite circle point, in units of the task's size."""
-        x, y, _ = self.curve.axes.T @ np.array([place.real, place.imag, 1.0])
-        a, b, _ = (poly.polyval(x, row) for row in self.curve.quadratic)
-        middle, radius = (self.low + self.high) / 2, (self.high - self.low) / 2
-        phi = float(np.arccos(np.clip((x - middle) / radius, -1.0, 1.0)))
-        return phi if 2 * a * y + b >= 0 else 2 * np.pi - phi
-
-    def stations(self, count: int) -> NDArray[np.float64]:
-        """Parameters of `count` points at equal steps, measured on both curves as seen from the task.
-
-        Distances are those on a sphere on which the task is as large as a hemisphere, so that the way to
-        infinity is finite.
-        """
-        phi = np.linspace(0.0, 2 * np.pi, FINE + 1)
-        steps = np.zeros(FINE)
-        for places in self.points(phi):
-            steps += _angles_between(places[:-1], places[1:])
-        length = np.concatenate([[0.0], np.cumsum(steps)])
-        return np.interp(np.arange(count) * length[-1] / count, length, phi)
-
-    @property
-    def _rest(self) -> NDArray[np.float64]:
-        """D/((x − low)(high − x)) as a polynomial, positive between."""
-        factor = poly.polymul([-self.low, 1.0], [-self.high, 1.0])
-        return -poly.polydiv(self.curve.discriminant, factor)[0]
+#: A slider that misses its poses by more than this, in sizes of the task, is none.
+SLIDES = 1e-9
+#: The leading form of a cubic that is below this part of its other coefficients vanishes: what is left is a conic.
+CONIC = 1e-11
 
 
 class CircleCurve:
@@ -160,20 +92,30 @@ class CircleCurve:
         scale = np.prod(np.linalg.norm(self._rows, axis=(0, 2)))
         if not largest > ROUNDING * scale:
             raise ValueError("four places of every point of the body lie on a circle: the poses are special")
+        #: Whether the line at infinity is a part of the curve, and the rest a conic
+        self.conic = bool(np.hypot(self.cubic[0], self.cubic[3]) <= CONIC * largest)
         self.axes, self.quadratic = _along_asymptote(self.cubic / largest)
-        a, b, c = self.quadratic
-        self.discriminant = _trimmed(poly.polysub(poly.polymul(b, b), 4 * poly.polymul(a, c)))
-        self.circuits = tuple(self._circuits())
+        self.circuits: tuple[Circuit, ...]
+        if self.conic:
+            xx, xy, yy, x, y, one = self.cubic[4:] / largest
+            form = np.array([[xx, xy / 2, x / 2], [xy / 2, yy, y / 2], [x / 2, y / 2, one]])
+            self.circuits = tuple(conic_circuits(self.centers, form))
+        else:
+            self.circuits = tuple(self._circuits())
 
     def _circuits(self) -> list[Circuit]:
-        roots = poly.polyroots(self.discriminant)
+        a, b, c = self.quadratic
+        discriminant = _trimmed(poly.polysub(poly.polymul(b, b), 4 * poly.polymul(a, c)))
+        roots = poly.polyroots(discriminant)
         scale = np.maximum(1.0, np.abs(roots))
         real = np.sort(roots.real[np.abs(roots.imag) < 1e-9 * scale])
         pairs = [(float(low), float(high)) for low, high in itertools.pairwise(real) if high > low]
-        inside = [(low, high) for low, high in pairs if poly.polyval((low + high) / 2, self.discriminant) > 0]
-        a = self.quadratic[0]
-        pole = -a[0] / a[1] if len(a) > 1 and a[1] else np.inf
-        circuits = [Circuit(self, low, high, low <= pole <= high) for low, high in inside]
+        inside = [(low, high) for low, high in pairs if poly.polyval((low + high) / 2, discriminant) > 0]
+        pole = -a[0] / a[1] if a[1] else np.inf
+        circuits: list[Circuit] = [
+            CubicCircuit(self.centers, low <= pole <= high, low, high, self.axes, self.quadratic, discriminant)
+            for low, high in inside
+        ]
         return sorted(circuits, key=lambda circuit: not circuit.unbounded)
 
     def matrix(self, moving: ArrayLike) -> NDArray[np.float64]:
@@ -224,26 +166,32 @@ class CircleCurve:
         return 100.0 * self.circuits.index(circuit) + float(np.interp(phi, fine, np.arange(1001) / 10))
 
     def sliders(self) -> list[MotionDyad]:
-        """Ball's point as a PR dyad, and the inverted slider as an RP dyad."""
+        """Ball's point as a PR dyad, and the inverted slider as an RP dyad; a conic has others, or none."""
         found = []
         inverse = CircleCurve(inverse_poses(self.poses))
         for curve, kind in ((inverse, "PR"), (self, "RP")):
-            if (normal := curve.infinite_direction()) is None:
-                continue
             other = self if kind == "PR" else inverse
-            # Re(n̄ d_j) = 0 at the other pivot: as many linear equations as displacements
-            rows = np.einsum("ajc,c->ja", other._rows[:, :, :2], [normal.real, normal.imag])
-            place, *_ = np.linalg.lstsq(rows[:, :2], -rows[:, 2], rcond=None)
-            pivot = complex(self.poses.points[0] + other.poses.size * complex(*place))
-            line = 1j * normal
-            found.append(MotionDyad("PR", line, pivot) if kind == "PR" else MotionDyad("RP", pivot, line))
+            for normal in curve.infinite_directions():
+                # Re(n̄ d_j) = 0 at the other pivot: as many linear equations as displacements
+                rows = np.einsum("ajc,c->ja", other._rows[:, :, :2], [normal.real, normal.imag])
+                place, *_ = np.linalg.lstsq(rows[:, :2], -rows[:, 2], rcond=None)
+                pivot, line = complex(self.poses.points[0] + other.poses.size * complex(*place)), 1j * normal
+                dyad = MotionDyad("PR", line, pivot) if kind == "PR" else MotionDyad("RP", pivot, line)
+                if dyad.errors(self.poses).max() < SLIDES * self.poses.size:
+                    found.append(dyad)
         return found
 
-    def infinite_direction(self) -> complex | None:
-        """Direction of the real asymptote; None for a curve that has none, a circle."""
-        if abs(self.quadratic[0][-1]) < ROUNDING or len(self.quadratic[0]) < 2:
-            return None
-        return complex(self.axes[0, 1], self.axes[1, 1])
+    def infinite_directions(self) -> list[complex]:
+        """Directions of the real asymptotes: one for a cubic, none or two for a conic."""
+        if self.conic:
+            xx, xy, yy = self.cubic[4:7]
+            root = np.sqrt(complex(xy * xy - 4 * xx * yy))
+            if root.imag or not root.real:
+                return []
+            # xx·x² + xy·xy + yy·y² = 0 by the larger of its two forms
+            half = -(xy + np.copysign(root.real, xy)) / 2
+            return [complex(x, y) / np.hypot(x, y) for x, y in ((half, xx), (yy, half))]
+        return [complex(self.axes[0, 1], self.axes[1, 1])]
 
     def nearest(self, place: complex, which: str = "moving") -> tuple[Circuit, float, float]:
         """The circle point or centre point nearest to a place: its circuit, its parameter, the distance.
@@ -343,10 +291,3 @@ def _trimmed(coefficients: NDArray[Any]) -> NDArray[Any]:
     """Without leading coefficients that are rounding."""
     keep = np.flatnonzero(np.abs(coefficients) > ROUNDING * np.abs(coefficients).max())
     return coefficients[: keep[-1] + 1] if len(keep) else coefficients[:1]
-
-
-def _angles_between(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angles between lines through the origin: distances of homogeneous points."""
-    cross = np.linalg.norm(np.cross(first, second), axis=1)
-    sizes = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-    return np.arcsin(np.clip(cross / sizes, 0.0, 1.0))

@@ -136,6 +136,8 @@ def search_candidates(
     constraints : mapping
         The task's; those on pivots, link ratio and transmission angle direct the search, all are tested later.
     """
+    if not len(first) or not len(second):
+        return
     table = judge_pairs(poses, first, second)
     best = _driven(table, first, second)
     possible = np.isfinite(table.link_ratio)

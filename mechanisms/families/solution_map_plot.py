@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanisms.families.dyad_pairs import pair_linkage
+from mechanisms.families.motion_dyads import MotionDyad
 from mechanisms.families.solution_map import BRANCH, CIRCUIT, LABELS, ORDER, UNEQUAL, USABLE, WINDOW, SolutionMap
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def draw_curves(found: SolutionMap, ax: Axes, pick: tuple[float, float] | None =
                         fontsize=7, color=colour, annotation_clip=True,
                     )  # fmt: skip
     _draw_poses(found, ax)
-    for slider in found.curve.sliders():
+    for slider in _single_sliders(found):
         place = slider.moving if slider.kind == "PR" else slider.fixed
         if abs(place - middle) < reach:
             words = "Ball's point: moves on a line here" if slider.kind == "PR" else "pivot of an inverted slider"
@@ -178,7 +179,7 @@ def _draw_table(found: SolutionMap, ax: Axes, figure: Any, pick: tuple[float, fl
 
 def _mark_sliders(found: SolutionMap, ax: Axes) -> None:
     """Where a dyad of the axes is a slider: Ball's point, whose link is infinitely long."""
-    for slider in found.curve.sliders():
+    for slider in _single_sliders(found):
         if slider.kind != "PR":
             continue
         station = found.station_of(slider.moving)
@@ -188,6 +189,12 @@ def _mark_sliders(found: SolutionMap, ax: Axes) -> None:
             "slider", (station, 1.0), xycoords=("data", "axes fraction"), xytext=(0, -2),
             textcoords="offset points", rotation=90, fontsize=7, ha="right", va="top", color=CIRCLE_COLOUR,
         )  # fmt: skip
+
+
+def _single_sliders(found: SolutionMap) -> list[MotionDyad]:
+    """Sliders that are one of their kind: two of a kind are no marks to steer by."""
+    sliders = found.curve.sliders()
+    return [s for s in sliders if sum(other.kind == s.kind for other in sliders) == 1]
 
 
 def _within(places: NDArray[np.complex128], middle: complex, reach: float) -> NDArray[np.complex128]:

@@ -120,6 +120,26 @@ def test_the_inverse_motion_exchanges_circle_points_and_centre_points():
         assert abs(inverse.dyads(other, phi)[0][0] - z) < 1e-3
 
 
+@pytest.mark.parametrize("angles", [(90, 90, 180, 180), (0, 50, 50, 0), (0, 40, 0, 40)], ids=["aabb", "abba", "abab"])
+def test_poses_parallel_in_pairs_leave_a_conic(angles):
+    rng = np.random.default_rng(8)
+    for _ in range(5):
+        places = rng.uniform(-1, 1, (4, 2))
+        poses = Poses.of([(x, y, angle) for (x, y), angle in zip(places, angles)])
+        curve = CircleCurve(poses)
+        assert curve.conic and curve.circuits
+        for circuit in curve.circuits:
+            phi = rng.uniform(0, 2 * np.pi, 30)
+            fixed, moving = curve.dyads(circuit, phi)
+            lengths = np.abs(poses.carry(moving) - fixed[:, None])
+            assert np.all(np.ptp(lengths, axis=1) < 1e-8 * (lengths[:, 0] + poses.size))
+            again = [circuit.phi_of((z - poses.points[0]) / poses.size) for z in moving]
+            assert np.allclose(np.exp(1j * np.array(again)), np.exp(1j * phi), atol=1e-6)
+        # the asymptotes of the conic are pivots that are both at infinity: no slider
+        assert len(curve.infinite_directions()) in (0, 2)
+        assert curve.sliders() == []
+
+
 def test_steps_between_stations_are_even_and_reach_infinity():
     curve = CircleCurve(Poses.of(LIFT))
     (circuit,) = curve.circuits
