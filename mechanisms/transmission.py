@@ -78,18 +78,20 @@ def _groups(
     while len(known) <= len(moving):
         before = held(known)
         free = [link for link in moving if link not in known]
-        group = next(
-            (
-                chosen
-                for size in range(1, len(free) + 1)
-                for chosen in combinations(free, size)
-                if held(known | set(chosen)) - before == 3 * size
-            ),
-            None,
-        )
+        group = None
+        for chosen in (part for size in range(1, len(free) + 1) for part in combinations(free, size)):
+            surplus = held(known | set(chosen)) - before - 3 * len(chosen)
+            if surplus > 0:
+                names = ", ".join(map(repr, chosen))
+                raise LinkageError(
+                    f"with the input locked, {names} {'is' if len(chosen) == 1 else 'are'} held too often"
+                )
+            if surplus == 0:
+                group = chosen
+                break
         if group is None:
             names = ", ".join(map(repr, free))
-            raise LinkageError(f"with the input locked, {names} can still move or are held twice")
+            raise LinkageError(f"with the input locked, {names} can still move")
         groups.append(group)
         known |= set(group)
     return tuple(groups)
@@ -146,13 +148,10 @@ class Transmission:
         return np.arcsin(np.clip(least, 0.0, 1.0))
 
 
-def _blocks(
-    linkage: Linkage, driven: Input, closure: Closure, stages: Mapping[str, int], count: int
-) -> list[_Block]:
+def _blocks(linkage: Linkage, driven: Input, closure: Closure, stages: Mapping[str, int], count: int) -> list[_Block]:
     """Return the blocks of the groups that have loops (a driven crank alone has none)."""
     turn_stage = [
-        min(stages[link] for link in closure.links if closure.class_of[link] == k)
-        for k in range(closure.rotations)
+        min(stages[link] for link in closure.links if closure.class_of[link] == k) for k in range(closure.rotations)
     ]
     slide_stage = [max(stages[a], stages[b]) for a, b in closure.slide_links]
     slide_stage += [max(stages[s.link], stages[linkage.links_of(s.point)[0]]) for s in linkage.slots]

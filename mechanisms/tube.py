@@ -180,4 +180,6 @@ def trace(a, b, slot, c, gears, start, direction, room, longest):
         for j in range(n):
             x[j] = base[j] + y[j]
         count += 1
-    return status, count, xs[: count + 1], ts[: count + 1], ds[: count + 1], hs[:count], rs[:count]
+    # Copies, so that a circuit does not keep the whole room.
+    x, t, d = xs[: count + 1].copy(), ts[: count + 1].copy(), ds[: count + 1].copy()
+    return status, count, x, t, d, hs[:count].copy(), rs[:count].copy()

@@ -1,10 +1,11 @@
 import numpy as np
+import pytest
 from motion_zoo import four_bar, two_effector_watt2, wanzer
 from test_closure import geared_five_bar, slider_crank
 
 from mechanisms.closure import Closure
 from mechanisms.curve import trace
-from mechanisms.linkage import Input, Linkage
+from mechanisms.linkage import Gear, Input, Linkage, LinkageError
 from mechanisms.transmission import Transmission, assur_groups
 
 
@@ -64,9 +65,7 @@ def test_the_angle_is_zero_exactly_where_the_input_stands_still():
             cuts = circuit.turning_places(gradient)
             angle = Transmission(linkage, driven).angle
             assert np.all(angle(circuit.at(cuts)[0]) < 1e-6)
-            away = np.setdiff1d(
-                np.arange(circuit.arcs), np.r_[np.floor(cuts), np.floor(cuts) + 1, np.floor(cuts) - 1]
-            )
+            away = np.setdiff1d(np.arange(circuit.arcs), np.r_[np.floor(cuts), np.floor(cuts) + 1, np.floor(cuts) - 1])
             assert np.all(angle(circuit.x[away.astype(int)]) > 1e-6)
 
 
@@ -87,3 +86,17 @@ def test_a_group_of_four_links_does_not_depend_on_names():
     )
     y = Closure.of(other).configuration({new[k]: v for k, v in turned.items()})
     assert np.allclose(Transmission(other, Input(new["e"])).angle(y), angle, atol=1e-9)
+
+
+def test_links_held_too_often_or_not_at_all_are_named():
+    points = {"A": 0, "B": 1j, "C": 2 + 1j, "D": 2, "E": 3 + 2j, "F": 4}
+    # A crank, a rocker geared to it, and a rod between them: locked; a link hangs loose instead.
+    linkage = Linkage(
+        points,
+        {"ground": "AD", "a": "AB", "b": "DC", "rod": "BC", "loose": "CE", "more": "EF"},
+        gears=[Gear({"a": 1, "b": 2})],
+    )
+    with pytest.raises(LinkageError, match="'rod' is held too often"):
+        assur_groups(linkage, Input("a"))
+    with pytest.raises(LinkageError, match="can still move"):
+        assur_groups(Linkage(points, {"ground": "AF", "a": "AB", "b": "BCD", "c": "DE", "d": "EF"}), Input("a"))
