@@ -48,7 +48,7 @@ CLEAR, WALL = 0.3, 1e-2
 GOOD = 1e-7
 #: Steps of every descent at first; starts between two choices; how many of those waiting are followed, by how many
 #: steps at a time, how often, and only while a round still takes this factor off.
-SCREENING, BATCH, PROMISING, FINISHING, ROUNDS, SLOW = 200, 8, 2, 2000, 3, 0.9
+SCREENING, BATCH, PROMISING, FINISHING, ROUNDS, SLOW = 200, 12, 1, 2000, 12, 0.97
 #: A cosine beyond this means that a passive chain does not reach its point.
 OUT_OF_REACH = 1.0 - 1e-9
 

@@ -24,6 +24,20 @@ PAPERS: dict[str, tuple[str, str]] = {
         "H. A. Suárez-Velásquez, J. J. Cervantes-Sánchez, J. M. Rico-Martínez, "
         "Synthesis of a novel planar linkage to visit up to eight poses",
     ),
+    "watt2-24": (
+        "mechanisms.reproduce.watt24",
+        "Watt-II path generation through twenty-four precision points",
+    ),
+    "robomech": (
+        "mechanisms.reproduce.robomech",
+        "Structurally parametric synthesis and position analysis of a RoboMech class parallel manipulator with two "
+        "end-effectors, IAENG Int. J. Applied Mathematics 50(2), 2020",
+    ),
+    "krovi": (
+        "mechanisms.reproduce.krovi",
+        "V. Krovi, G. K. Ananthasuresh, V. Kumar, "
+        "Kinematic and kinetostatic synthesis of planar coupled serial chain mechanisms",
+    ),
 }
 
 __all__ = ["PAPERS", "Comparison", "comparison_table", "reproduce"]
