@@ -168,9 +168,7 @@ class Closure:
         padded[self.class_of[driven.relative_to]] -= 1.0
         g[: self.rotations] = padded[:-1]
         if not g.any():
-            raise LinkageError(
-                f"link {driven.link!r} never turns against {driven.relative_to!r}; drive another one"
-            )
+            raise LinkageError(f"link {driven.link!r} never turns against {driven.relative_to!r}; drive another one")
         return g, 1.0
 
     def configuration(self, rotations: Mapping[str, Any]) -> np.ndarray:

@@ -148,9 +148,7 @@ def rates(
     except np.linalg.LinAlgError:
         v = np.full(x.shape, np.inf)
     # At a dead centre rounding leaves a tiny pivot: rates beyond 1/√eps mean nothing in double precision.
-    if not np.abs(v).max(initial=0.0) < 6.7e7 * max(
-        1.0, float(np.abs(rate).max() if np.ndim(rate) else abs(rate))
-    ):
+    if not np.abs(v).max(initial=0.0) < 6.7e7 * max(1.0, float(np.abs(rate).max() if np.ndim(rate) else abs(rate))):
         raise LinkageError(f"the input {driven.link!r} is at a dead centre: its rate does not decide the motion")
     return v, a
 

@@ -245,9 +245,7 @@ class Linkage:
 
     def _check_names(self) -> None:
         if GROUND not in self.links:
-            raise LinkageError(
-                f'a linkage needs a link named "{GROUND}", the frame; there is {_names(self.links)}'
-            )
+            raise LinkageError(f'a linkage needs a link named "{GROUND}", the frame; there is {_names(self.links)}')
         for link, members in self.links.items():
             if not members and not self._slides(link):
                 raise LinkageError(f"link {link!r} has no point; name at least one point of it")

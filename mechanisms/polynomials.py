@@ -81,9 +81,7 @@ class Structure:
         """Displacements that are alone in one loop and in no other: they are eliminated by hand."""
         driven = self.driven[0] if self.driven[1] < 0 else -1
         return tuple(
-            j
-            for j in range(len(self.slide_class))
-            if j != driven and [sum(row) for row in self.slid if row[j]] == [1]
+            j for j in range(len(self.slide_class)) if j != driven and [sum(row) for row in self.slid if row[j]] == [1]
         )
 
     def kept_slides(self) -> list[int]:

@@ -181,5 +181,5 @@ def trace(a, b, slot, c, gears, start, direction, room, longest):
             x[j] = base[j] + y[j]
         count += 1
     # Copies, so that a circuit does not keep the whole room.
-    x, t, d = xs[: count + 1].copy(), ts[: count + 1].copy(), ds[: count + 1].copy()
-    return status, count, x, t, d, hs[:count].copy(), rs[:count].copy()
+    nodes, tangents, bends = xs[: count + 1].copy(), ts[: count + 1].copy(), ds[: count + 1].copy()
+    return status, count, nodes, tangents, bends, hs[:count].copy(), rs[:count].copy()

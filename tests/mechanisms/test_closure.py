@@ -97,9 +97,7 @@ def test_a_slider_keeps_to_its_line_and_a_pin_to_its_slot():
     closure = Closure.of(slider_crank())
     c = closure.points_at(trace(closure).x)["C"]
     assert np.allclose(c.imag, 0, atol=1e-12)
-    assert np.isclose(
-        c.real.max() - c.real.min(), 2, atol=0.02
-    )  # the stroke of a central slider-crank is two cranks
+    assert np.isclose(c.real.max() - c.real.min(), 2, atol=0.02)  # the stroke of a central slider-crank is two cranks
     linkage = inverted_slider_crank()
     closure = Closure.of(linkage)
     x = trace(closure).x

@@ -19,9 +19,7 @@ def other_assembly(joints, x):
     a, b, c, d = joints
     tip = a + (b - a) * np.exp(1j * x[0])
     line = (d - tip) / abs(d - tip)
-    turned_over = [
-        line * (v / line).conjugate() for v in ((c - b) * np.exp(1j * x[1]), (c - d) * np.exp(1j * x[2]))
-    ]
+    turned_over = [line * (v / line).conjugate() for v in ((c - b) * np.exp(1j * x[1]), (c - d) * np.exp(1j * x[2]))]
     return np.array([x[0], np.angle(turned_over[0] / (c - b)), np.angle(turned_over[1] / (c - d))])
 
 
