@@ -100,10 +100,10 @@ class Interrupted(KeyboardInterrupt):
         The same as a result, when the front door has seen the exception.
     """
 
-    def __init__(self, ends: Ends) -> None:
+    def __init__(self, ends: Ends, solutions: Any = None) -> None:
         super().__init__("stopped by the user")
         self.ends = ends
-        self.solutions: Any = None
+        self.solutions = solutions
 
 
 _ENGINES: WeakKeyDictionary[Program, Engine] = WeakKeyDictionary()
@@ -159,8 +159,8 @@ def _rungs(
         ticks=max(settings.ticks, usual.ticks),
     ).tighter()
     yield "with tighter steps", rung(tight, pivoted=True)
-    yield "with much tighter steps", rung(tight.tighter(), pivoted=True)
     yield "in double-double", rung(tight, arithmetic="double-double")
+    yield "in double-double with tighter steps", rung(tight.tighter(), arithmetic="double-double")
 
 
 class _Options:
