@@ -81,10 +81,10 @@ def test_five_poses_with_two_choices():
 
 
 def test_original_wanzer_guides_a_on_a_vertical():
-    free = {"theta0_deg": 0.0, "x_Q": 1.3, "y_Q": -1.9, "x_C": 0.0, "y_C": -0.6}
+    free = {"theta0_deg": 0.0, "x_Q": 1.5, "y_Q": 0.1, "x_C": 0.8, "y_C": 1.7}
     result = synthesize(task("wanzer", 3, free))
     moving = [d for d in result.designs if d.linkage is not None]
-    assert moving
+    assert len(result.accepted) == 4 and all(len(d.linkage.links) == 6 for d in moving)
     for design in moving:
         assert design.worst_pose_error < 1e-9
         for pose in design.poses:
@@ -172,3 +172,52 @@ def test_equal_orientations_are_no_obstacle():
     result = synthesize(task("rotatory-trammel", 7, {}, poses))
     assert result.roots["count"] + result.ledger["singular"] + result.ledger["at_infinity"] >= 540
     assert all(d.worst_pose_error < 1e-6 for d in result.accepted)
+
+
+def motion_poses(seed):
+    """Eight poses of the body of a modified Wanzer linkage of eight links, taken from its motion, and its choices."""
+    from mechanisms.closure import Closure
+    from mechanisms.curve import trace
+    from mechanisms.families.trammel_linkage import CurveFourBar, modified_linkage
+
+    table = suarez.TABLE_6
+    trammel = Trammel(
+        complex(table["x_B"], table["y_B"]), complex(table["x_C"], table["y_C"]), complex(table["x_Q"], table["y_Q"])
+    )
+    # the coupler's turn in pose 0, from Eq. (19)'s linear equations
+    m, n = complex(table["x_M"], table["y_M"]), complex(table["x_N"], table["y_N"])
+    zeta, omega, a0 = complex(-table["e"], -table["g"]), complex(table["f"], -table["g"]), suarez.A_POINTS[0]
+    rows = [[(a0 - q) * np.conj(z), np.conj(a0 - q) * z] for q, z in ((m, zeta), (n, omega))]
+    right = [
+        length**2 - abs(z) ** 2 - abs(a0 - q) ** 2
+        for length, z, q in ((table["L_MR"], zeta, m), (table["L_NS"], omega, n))
+    ]
+    turn = np.linalg.solve(rows, right)[1]
+    four_bar = CurveFourBar(m, n, table["e"], table["f"], table["g"], np.angle([turn]), np.array([a0]))
+    linkage = modified_linkage(trammel, four_bar)
+    closure = Closure.of(linkage)
+    circuit = trace(closure)
+    rng = np.random.default_rng(seed)
+    start = circuit.locate(closure.reference()) or 0.0
+    places = start + np.concatenate([[0.0], np.sort(rng.uniform(0.02, 0.9, 7))]) * circuit.arcs * 0.9
+    states = circuit.at(places % circuit.arcs)[0]
+    index = closure.class_of["coupler"]
+    points = [closure.points_at(state)["P"] for state in states]
+    poses = [(z.real, z.imag, 90.0 + math.degrees(state[index])) for z, state in zip(points, states)]
+    free = {"theta0_deg": 0.0, "L_AP": 2.0, "delta_deg": 240.0, "g": table["g"]}
+    return poses, free
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_eight_poses_of_a_real_linkage_find_it(seed):
+    poses, free = motion_poses(seed)
+    result = synthesize(task("wanzer-modified", 8, free, poses, solve={"seed": 1}))
+    names = ("x_Q", "y_Q", "x_M", "y_M", "x_N", "y_N", "e", "f")
+    found = [
+        design
+        for design in result.designs
+        if design.linkage is not None
+        and max(abs(design.parameters[name] - suarez.TABLE_6[name]) for name in names) < 1e-3
+    ]
+    assert found and min(design.worst_angle_error for design in found) < 1e-6
