@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 INVISIBLE = 7.0
 #: Up to so many start points are kept in memory (and checked to be distinct); beyond, they are tracked on demand.
 KEPT = 1_000_000
+#: Toric paths tracked in one call: each brings a row of heights as long as the list of terms.
+BATCH = 8192
 #: Two start points nearer than this, relative, are the same: one of their paths has jumped.
 SAME_POINT = 1e-8
 #: Rungs of tighter steps for toric paths that fail or clash.
@@ -111,19 +113,21 @@ class ToricPoints:
         doubtful = np.arange(len(indices))
         settings = Settings()
         for rung in range(RUNGS):
-            starts, heights = self.binomial_points(indices[doubtful])
-            tracked = self.engine.track(
-                starts,
-                self.coefficients,
-                -heights,
-                start=INVISIBLE + 2.0 * rung,
-                end=0.0,
-                settings=settings,
-                kind="toric",
-                pivoted=True,  # the binomials of each cell ask for an order of elimination of their own
-            )
-            arrived = tracked.status == REACHED
-            ends[doubtful] = np.where(arrived[:, None], tracked.x, np.nan)
+            for first in range(0, len(doubtful), BATCH):
+                batch = doubtful[first : first + BATCH]
+                starts, heights = self.binomial_points(indices[batch])
+                tracked = self.engine.track(
+                    starts,
+                    self.coefficients,
+                    -heights,
+                    start=INVISIBLE + 2.0 * rung,
+                    end=0.0,
+                    settings=settings,
+                    kind="toric",
+                    pivoted=True,  # the binomials of each cell ask for an order of elimination of their own
+                )
+                arrived = tracked.status == REACHED
+                ends[batch] = np.where(arrived[:, None], tracked.x, np.nan)
             failed = np.flatnonzero(np.isnan(ends[:, 0]))
             whole = np.flatnonzero(~np.isnan(ends[:, 0]))
             doubtful = np.union1d(failed, whole[pairs_of_equals(ends[whole], SAME_POINT).ravel()])
