@@ -29,7 +29,7 @@ from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
 from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import INPUTS, pair_candidates
 from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool
-from mechanisms.families.mixed_motion import check_mixed, is_mixed, mixed_candidates, mixed_problem
+from mechanisms.families.mixed_motion import SEQUENCE, check_mixed, is_mixed, mixed_candidates, mixed_problem
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import search_candidates
 from mechanisms.families.reality import real_roots
@@ -62,6 +62,7 @@ _LENGTHS = tuple(
     )
 )
 _NUMBERS = tuple(Free(f"dyad{k}", "number", f"number of dyad {k} on the map of four poses") for k in (1, 2))
+_SEQUENCE = Free(SEQUENCE, "number", "order of visit by number, poses counted first, then points", many=True)
 _TOLERANCES = (
     Free("tolerance_x", "length", "how far each pose may be missed in x", many=True),
     Free("tolerance_y", "length", "how far each pose may be missed in y", many=True),
@@ -80,7 +81,7 @@ class FourBarMotion(Family):
     too_many = "five poses leave four dyads and no choice"
     unknowns = "pivots of a dyad: z, zc, G, Gc"
     roots = "4 dyads; 60, 402, 2224, 8652 pairs with points"
-    free = (*_PIVOTS, *_NUMBERS, *_LENGTHS, *_TOLERANCES)
+    free = (*_PIVOTS, *_NUMBERS, *_LENGTHS, *_TOLERANCES, _SEQUENCE)
     inputs = INPUTS
 
     def check(self, task: Task) -> None:
@@ -88,6 +89,8 @@ class FourBarMotion(Family):
         if is_mixed(task) or BODY not in task.poses:
             check_mixed(task)
             return
+        if SEQUENCE in task.free:
+            raise TaskError(f"{task.where}: free.{SEQUENCE}: poses are visited as they stand in the list; reorder it")
         poses = Poses.of(task.poses[BODY])
         if len(poses) == 1:
             raise TaskError(f"{task.where}: poses: one pose alone is no motion; give more poses, or points")

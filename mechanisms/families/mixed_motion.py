@@ -8,11 +8,13 @@ sixty-four paths of total degree are enough.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanisms.designs import EXACT
 from mechanisms.families.alt_burmester import (
     COORDINATES,
     COUNTS,
@@ -35,8 +37,10 @@ from mechanisms.task import Task, TaskError
 if TYPE_CHECKING:
     from solvers import Solutions
 
-__all__ = ["check_mixed", "entry_name", "is_mixed", "mixed_candidates", "mixed_problem"]
+__all__ = ["SEQUENCE", "check_mixed", "entry_name", "is_mixed", "mixed_candidates", "mixed_problem"]
 
+#: The free choice that says in which order positions are visited.
+SEQUENCE = "sequence"
 #: Two roots are each other's swap when they differ by less than this, relative.
 SAME_ROOT = 1e-6
 
@@ -74,6 +78,11 @@ def check_mixed(task: Task) -> None:
             f"{task.where}: poses: missing; give the first position of the body as a pose, or use four-bar-path"
         )
     for name in task.free:
+        if name not in (*GIVEN, SEQUENCE):
+            raise TaskError(
+                f"{task.where}: free.{name}: the other data determine the linkage; leave it out, or leave out the "
+                f"points and single numbers"
+            )
         if name in COORDINATES and name not in given:
             raise TaskError(
                 f"{task.where}: free.{name}: a range where the other data are to determine the linkage; "
@@ -92,6 +101,7 @@ def check_mixed(task: Task) -> None:
             f"four-bar); leave some out"
         )
         raise TaskError(f"{task.where}: {what} {remedy}")
+    _check_sequence(task, poses + points)
     for number in (1, 2):
         own = [name for name in given if name[:2] in (f"O{number}", f"A{number}") or name == f"L_link{number}"]
         if len(own) + poses - 1 > 4:
@@ -99,6 +109,16 @@ def check_mixed(task: Task) -> None:
                 f"{task.where}: free.{own[-1]}: {poses} poses leave {5 - poses} numbers of dyad {number} "
                 f"free, and {len(own)} are given; give those of the other dyad instead"
             )
+
+
+def _check_sequence(task: Task, count: int) -> None:
+    """The order of visit names every position once, the first pose first."""
+    order = task.free.get(SEQUENCE)
+    if order is not None and (sorted(order) != list(range(count)) or order[0] != 0):
+        raise TaskError(
+            f"{task.where}: free.{SEQUENCE}: give the numbers 0 to {count - 1} in the order of visit, each once and 0 "
+            f"first: the poses are numbered first, then the points"
+        )
 
 
 def entry_name(task: Task) -> str:
@@ -150,7 +170,16 @@ def mixed_candidates(task: Task, solutions: Solutions) -> Iterator[Candidate]:
             continue
         dyads = mixed_dyads(point, complex(poses.points[0]), task.size)
         everywhere = mixed_poses(poses, _points(task), point)
-        yield pair_candidate(everywhere, *dyads, task.title, task.length_unit, extra)
+        if SEQUENCE not in task.free:
+            yield pair_candidate(everywhere, *dyads, task.title, task.length_unit, extra)
+            continue
+        order = [int(number) for number in task.free[SEQUENCE]]
+        everywhere = Poses(everywhere.points[order], everywhere.angles[order])
+        candidate = pair_candidate(everywhere, *dyads, task.title, task.length_unit, extra)
+        # the positions are no longer in the task's order, so that the error is measured here: it is in the links
+        error = max(float(dyad.errors(everywhere).max()) for dyad in dyads)
+        reasons = candidate.reasons + (("inexact",) if error > EXACT * task.size else ())
+        yield replace(candidate, pose_error=error, angle_error=0.0, reasons=reasons)
 
 
 def _partners(roots: NDArray[np.complex128]) -> NDArray[np.int64]:

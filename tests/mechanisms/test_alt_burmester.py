@@ -27,8 +27,11 @@ def pairs(poses: int, points: int, seed: int):
 
 @pytest.mark.parametrize(("poses", "points"), [(5, 0), (4, 2), (3, 4)])
 def test_the_published_counts_are_found_with_a_trace_test(poses, points):
-    found = pairs(poses, points, 1)
-    assert len(found) == COUNTS[poses, points]
+    for seed in (1, 2, 3):  # a trace test may fail by paths that it loses itself, never pass by them
+        found = pairs(poses, points, seed)
+        assert len(found) == COUNTS[poses, points]
+        if found.complete:
+            break
     assert found.complete
     assert "trace test passed" in found.evidence
 
@@ -115,6 +118,32 @@ def test_the_sampled_four_bar_is_found_among_the_designs(count, points):
     assert max(design.worst_pose_error for design in real) < 1e-6
 
 
+def test_positions_are_visited_in_the_sequence_given():
+    """Poses of a four-bar driven one way, the second and the last but one left as poses, the others as points."""
+    angles = np.linspace(0.3, 1.5, 6)
+    o2, crank, coupler, rocker = 4.0, 1.5, 4.0, 3.0
+    tips = crank * np.exp(1j * angles)
+    way = o2 - tips
+    d = np.abs(way)
+    turn = way / d * np.exp(1j * np.arccos((coupler**2 + d**2 - rocker**2) / (2 * coupler * d)))
+    points, turns = tips + (1.0 + 0.8j) * turn, np.angle(turn)
+    rows = [{"x": float(z.real), "y": float(z.imag), "angle_deg": float(np.degrees(a))} for z, a in zip(points, turns)]
+    places = [{"x": row["x"], "y": row["y"]} for row in rows]
+    given = {"mechanism": "four-bar-motion", "poses": [rows[k] for k in (0, 2, 3, 5)]}
+    given["points"] = [places[k] for k in (1, 4)]
+    verdicts = []
+    for free in ({}, {"sequence": [0, 4, 1, 2, 5, 3]}):
+        result = synthesize(Task.from_dict({**given, "free": free}))
+        (hit,) = [
+            design
+            for design in result.designs
+            if design.linkage is not None and sorted(abs(z) for z in design.pivots.values()) == pytest.approx([0, 4])
+        ]
+        assert hit.worst_pose_error < 1e-8
+        verdicts.append(hit.reasons)
+    assert verdicts == [("order",), ()]
+
+
 def test_given_pivots_stand_where_they_are_given():
     poses, true = four_bar_poses(np.random.default_rng(31), 5)
     free = {f"O{k}_{axis}": getattr(true[k - 1].fixed, part) for k in (1, 2)
@@ -155,6 +184,10 @@ def test_given_lengths_are_kept():
         (3, 2, {"O1_x": [0, 1], "O1_y": 3}, "a range where"),
         (4, 0, {"L_link1": 1.0, "L_ground": 2.0}, None),
         (4, 0, {"L_link1": 1.0, "O1_x": 2.0}, "leave 1 numbers of dyad 1"),
+        (4, 2, {"sequence": [0, 1, 2, 3, 4]}, "give the numbers 0 to 5"),
+        (4, 2, {"sequence": [1, 0, 2, 3, 4, 5]}, "0 first"),
+        (5, 0, {"sequence": [0, 1, 2, 3, 4]}, "reorder it"),
+        (4, 2, {"tolerance_x": [1.0] * 4}, "leave it out"),
     ],
 )
 def test_tasks_that_do_not_add_up_are_refused(poses, points, free, words):
