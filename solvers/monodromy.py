@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from solvers import parallel
+from solvers.endgame import REGULAR, Ends
 from solvers.first_root import given_root, random_root
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
@@ -26,7 +27,7 @@ from solvers.kernel.reference import REACHED, Settings
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
-from solvers.tracking import engine_of
+from solvers.tracking import Interrupted, engine_of
 
 #: Legs without news after which the trace test is asked.
 QUIET_LEGS = 3
@@ -173,6 +174,13 @@ def monodromy(
     Solutions
         With ``evidence``, ``complete`` and the history of the legs in ``notes``.
 
+    Raises
+    ------
+    InvalidSystem
+        The system is not square, has no parameters, or no first root can be made.
+    Interrupted
+        The user stopped the loops; ``error.solutions`` holds what was found.
+
     Examples
     --------
     >>> from sympy import symbols
@@ -195,8 +203,26 @@ def monodromy(
     wanted = None if count is None else -(-count // (group.order if group else 1))
     memory = _Memory(checkpoint, system, seed, search)
     memory.recall()
-    passed, residual = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory)
-    return _result(system, search, group, wanted, passed, residual, seed, certificates)
+    try:
+        passed, residual = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory)
+        return _result(system, search, group, wanted, passed, residual, seed, certificates)
+    except KeyboardInterrupt:
+        solutions = _result(system, search, group, wanted, None, np.inf, seed, False)
+        if wanted is None or not solutions.complete:
+            solutions.complete = False
+            solutions.evidence += "; stopped by the user"
+        raise Interrupted(_as_ends(solutions.points), solutions) from None
+
+
+def _as_ends(points: np.ndarray) -> Ends:
+    count = len(points)
+    return Ends(
+        x=points,
+        kind=np.full(count, REGULAR, np.int8),
+        winding=np.zeros(count, np.int64),
+        condition=np.full(count, np.nan),
+        ticks=np.zeros(count, np.int64),
+    )
 
 
 def _loop_until_complete(
@@ -240,10 +266,14 @@ def _loop_until_complete(
             progress=progress,
         )
         passed, residual = test.passed, test.residual
+        quiet = 0
+        if len(test.extra):  # roots that the loops have missed are no reason to give up
+            extra = test.extra if search.group is None else search.group.representatives(test.extra, node.parameters)
+            node.roots.add(extra)
+            continue
         tests += 1
         if passed or tests == MOST_TESTS:
             break
-        quiet = 0
     return passed, residual
 
 
@@ -271,6 +301,8 @@ def _result(
     legs = len(search.history)
     estimate = search.history[-1].estimate if search.history else float("nan")
     evidence = f"{legs} legs of monodromy, {search.tracked} paths"
+    if search.lost:
+        evidence += f" ({search.lost} lost on the way)"
     evidence += f", capture–recapture estimate {estimate * order:.0f}"
     if group is not None:
         evidence += f", {len(representatives)} orbits of {order}"

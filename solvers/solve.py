@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import pairs_of_equals
 from solvers.local import magnitudes, relative_weights
+from solvers.polyhedral import PolyhedralError
 from solvers.scaling import scales_of
 from solvers.shapes import check_shape, genuine, square_up
 from solvers.solutions import Ledger, Singular, Solutions
@@ -91,24 +93,66 @@ def solve(
         return _from_known(system, values, start, run, seed, certificates)
     check_shape(system, values)
     square = square_up(system, seed)
+    best: _Attempt | None = None
+    paths = 0
     try:
         for attempt in range(FRESH_STARTS):
             homotopy = homotopy_for(square, values, start, seed + 1000 * attempt)
-            ends, rungs = track_all(homotopy, run)
+            try:
+                found = _Attempt(homotopy, *track_all(homotopy, run))
+            except PolyhedralError:
+                if attempt + 1 == FRESH_STARTS and best is None:
+                    raise
+                continue
             if attempt:
-                rungs["with a fresh start"] = attempt * homotopy.starts.count
-            if not np.any(ends.kind == FAILED):
+                paths += homotopy.starts.count
+                found.rungs["with a fresh start"] = paths
+            if best is None or found.failed < best.failed:
+                best = found
+            if not best.failed:
                 break
-    except Interrupted as stop:
-        stop.solutions = _collect(system, values, homotopy, stop.ends, {})
-        stop.solutions.complete = False
-        stop.solutions.evidence = "stopped by the user before every path was tracked"
-        raise
-    solutions = _collect(system, values, homotopy, ends, rungs)
+        assert best is not None
+    except KeyboardInterrupt as stop:
+        if isinstance(stop, Interrupted) and (best is None or int(np.sum(stop.ends.kind == FAILED)) < best.failed):
+            best = _Attempt(homotopy, stop.ends, {})
+        if best is None:  # nothing has been tracked yet
+            raise
+        raise _stopped(system, values, best, seed) from None
+    return _finished(system, values, best, seed, certificates and square is system)
+
+
+@dataclass
+class _Attempt:
+    """What a homotopy has led to."""
+
+    homotopy: Homotopy
+    ends: Ends
+    rungs: dict[str, int]
+
+    @property
+    def failed(self) -> int:
+        return int(np.sum(self.ends.kind == FAILED))
+
+
+def _finished(system: System, values: np.ndarray, found: _Attempt, seed: int, certificates: bool) -> Solutions:
+    solutions = _collect(system, values, found.homotopy, found.ends, found.rungs)
     solutions.seed = seed
-    if certificates and square is system:
-        _certify(system, solutions)
+    if certificates:
+        try:
+            _certify(system, solutions)
+        except KeyboardInterrupt:
+            solutions.evidence += "; stopped by the user before the roots were certified"
+            raise Interrupted(found.ends, solutions) from None
     return solutions
+
+
+def _stopped(system: System, values: np.ndarray, found: _Attempt, seed: int) -> Interrupted:
+    """The exception that carries what was found before the user stopped."""
+    solutions = _collect(system, values, found.homotopy, found.ends, found.rungs)
+    solutions.seed = seed
+    solutions.complete = False
+    solutions.evidence = "stopped by the user before every path was tracked"
+    return Interrupted(found.ends, solutions)
 
 
 def _from_known(
@@ -119,21 +163,33 @@ def _from_known(
         raise ValueError("the start solutions belong to a system of another shape")
     if not len(known):
         raise ValueError("the start solutions hold no root to carry")
+    check_shape(system, values)
+    square = square_up(system, seed)
     try:
-        homotopy, ends, rungs = transfer(system, known, values, run, seed)
+        found = _Attempt(*transfer(square, known, values, run, seed))
     except Interrupted as stop:
-        homotopy = parameter_homotopy(system.program, known.parameters, values, known.points, seed)
-        stop.solutions = _collect(system, values, homotopy, stop.ends, {})
-        stop.solutions.complete = False
-        raise
-    solutions = _collect(system, values, homotopy, ends, rungs)
-    solutions.seed = seed
-    if solutions.complete and not known.complete:
-        solutions.complete = known.complete
+        homotopy = parameter_homotopy(square.program, known.parameters, values, known.points, seed)
+        raise _stopped(system, values, _Attempt(homotopy, stop.ends, {}), seed) from None
+    solutions = _finished(system, values, found, seed, certificates and square is system)
     solutions.evidence += f"; the {len(known)} roots it starts from: {known.evidence}" if known.evidence else ""
-    if certificates:
-        _certify(system, solutions)
+    if solutions.complete:
+        solutions.complete = known.complete
+        if known.complete and not _is_generic(known):
+            solutions.complete = None
+            solutions.evidence += ", but perhaps fewer there than at generic parameters: carry from complex ones"
     return solutions
+
+
+def _is_generic(known: Solutions) -> bool:
+    """Whether there are as many known roots as anywhere, as far as can be told.
+
+    Special parameters can have fewer roots: some may be at infinity there, or multiple. Complex parameters are
+    taken for generic; at others no path may have been lost to such an end, and the number of paths must not depend
+    on the parameters, as that of a polyhedral start does.
+    """
+    if known.start == "monodromy" or np.all(known.parameters.imag != 0):
+        return True
+    return known.ledger.finite == known.ledger.tracked and known.start not in ("polyhedral", "linear product")
 
 
 def homotopy_for(system: System, values: np.ndarray, start: str, seed: int) -> Homotopy:
@@ -158,7 +214,7 @@ def _collect(system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends,
         at_infinity=int(np.sum(ends.kind == INFINITE)),
         failed=int(np.sum(ends.kind == FAILED)),
         rungs=rungs,
-        failures=sorted(ends.why.items()),
+        failures=[(k, ends.why.get(k, "not tracked")) for k in np.flatnonzero(ends.kind == FAILED).tolist()],
     )
     return Solutions(
         points=points[regular],
@@ -177,7 +233,8 @@ def _evidence(homotopy: Homotopy, account: Ledger) -> str:
     if account.failed:
         return f"{account.failed} of {account.tracked} paths failed"
     reason = f" ({homotopy.reason})" if homotopy.reason else ""
-    return f"all {account.tracked} paths of the {homotopy.name} homotopy{reason} are accounted for"
+    name = homotopy.name if "homotopy" in homotopy.name else f"{homotopy.name} homotopy"
+    return f"all {account.tracked} paths of the {name}{reason} are accounted for"
 
 
 def _singular(system: System, values: np.ndarray, points: np.ndarray, winding: np.ndarray) -> Singular:

@@ -56,9 +56,7 @@ class System:
     ) -> None:
         self.unknowns = tuple(unknowns)
         self.parameters = tuple(parameters)
-        self.equations, self.program, self.poles = program_from_sympy(
-            tuple(equations), self.unknowns, self.parameters
-        )
+        self.equations, self.program, self.poles = program_from_sympy(tuple(equations), self.unknowns, self.parameters)
         self.groups = _checked_groups(groups, self.unknowns)
 
     @classmethod
@@ -110,6 +108,11 @@ class System:
         Parameters
         ----------
         parameters : mapping from symbol (or its name) to number, or sequence of numbers, or None
+
+        Raises
+        ------
+        InvalidSystem
+            A value is missing, is no finite number, or belongs to no parameter.
         """
         if parameters is None:
             parameters = ()
@@ -118,14 +121,31 @@ class System:
             missing = [str(s) for s in self.parameters if str(s) not in by_name]
             if missing:
                 raise InvalidSystem(f"no value for the parameter {missing[0]}; give all of {self.parameters}")
+            strange = sorted(set(by_name) - {str(s) for s in self.parameters})
+            if strange:
+                raise InvalidSystem(f"a value is given for {strange[0]}, which is no parameter of the system")
             parameters = [by_name[str(s)] for s in self.parameters]
-        values = np.asarray([complex(v) for v in parameters], dtype=np.complex128)
+        try:
+            given = list(parameters)
+        except TypeError:
+            raise InvalidSystem(f"the parameters are {parameters!r}; give one number for each, in a list") from None
+        numbers = []
+        for k, value in enumerate(given):
+            try:
+                if isinstance(value, str):
+                    raise TypeError
+                numbers.append(complex(value))
+            except (TypeError, ValueError, OverflowError):
+                name = self.parameters[k] if k < len(self.parameters) else f"number {k}"
+                raise InvalidSystem(f"the value of the parameter {name} is {value!r}, not a number") from None
+        values = np.asarray(numbers, dtype=np.complex128)
         if len(values) != len(self.parameters):
             raise InvalidSystem(
                 f"{len(values)} parameter values were given, the system has {len(self.parameters)} parameters"
             )
         if not np.all(np.isfinite(values)):
-            raise InvalidSystem("a parameter value is not finite")
+            name = self.parameters[int(np.flatnonzero(~np.isfinite(values))[0])]
+            raise InvalidSystem(f"the value of the parameter {name} is not finite")
         return values
 
     # -- programs -------------------------------------------------------------------------------------------

@@ -7,6 +7,9 @@ are found by monodromy as τ, c and s move. As s alone moves at constant speed, 
 all the points move at constant speed too, and over no proper part of them do (Leykin, Rodriguez, Sottile, "Trace
 test", *Arnold Math. J.* 4, 2018; Brake, Hauenstein, Liddell, *Numer. Algorithms* for the multihomogeneous case).
 One missing point shows: its own second difference is the defect.
+
+A complete hyperbola is carried back to the pair of lines at last. The points that come to the line t = τ are all the
+roots there are; the test passes only if they are the ones that were given.
 """
 
 from __future__ import annotations
@@ -29,6 +32,13 @@ from solvers.tracking import engine_of
 #: Residuals below this pass. Complete sets show about 1e-10, sets with a missing point about one over the square
 #: root of their size.
 PASS = 1e-6
+#: With no more roots than this all parameters move on the line, and u is a random combination of all unknowns. With
+#: more roots one parameter moves and u is the first unknown: the plane curve has a lower degree then, but may fall
+#: apart, or be run through twice, where the system falls apart; the test of a part of the roots can pass there, which
+#: loops of monodromy that have moved all parameters make unlikely when there are many roots.
+FEW_ROOTS = 24
+#: A point with t below this has come to the line t = 0.
+ON_THE_LINE = 1e-7
 #: Legs of monodromy for the points of the other line.
 MOST_LEGS = 60
 #: A point has arrived when the last Newton step is below this, relative.
@@ -52,12 +62,16 @@ class Trace:
         Points of the curve on the hyperbola.
     paths : int
         Paths tracked.
+    extra : ndarray, shape (k, unknowns)
+        Roots that were not among those given: the points of the hyperbola, carried back to the pair of lines,
+        lead to all roots, and the test may have met more than it was given.
     """
 
     passed: bool
     residual: float
     points: int
     paths: int
+    extra: np.ndarray
 
 
 def trace_test(
@@ -79,8 +93,8 @@ def trace_test(
         Generic complex values.
     roots : ndarray, shape (n, unknowns)
     invariant : SymPy expression, optional
-        The function u; the first unknown by default, which makes few points on the other line where it is a
-        design unknown.
+        The function u. By default the first unknown, which makes few points on the other line where it is a
+        design unknown, or a random combination of all unknowns when there are few roots.
     group : Group, optional
         Roots are representatives of its orbits. With an invariant u the orbits are tested, else all their members.
 
@@ -119,7 +133,11 @@ def trace_test(
         if residual < PASS:
             break
         failures += quiet > 0
-    return Trace(bool(residual < PASS), float(residual), len(nodes[0].roots), search.tracked)
+    passed, extra = residual < PASS, np.zeros((0, columns - 1))
+    if passed or len(roots) <= FEW_ROOTS:  # what was met is worth telling even if the sums do not agree
+        same, extra = curve.compare(nodes[0].roots.points, group)
+        passed = passed and same
+    return Trace(bool(passed), float(residual), len(nodes[0].roots), search.tracked, extra)
 
 
 class _Curve:
@@ -133,7 +151,8 @@ class _Curve:
         x, t = [builder.unknown(k) for k in range(n)], builder.unknown(n)
         direction = np.zeros(m, np.complex128)
         size = max(float(np.abs(parameters).max()), 1e-300)
-        direction[rng.integers(m)] = size * np.exp(2j * np.pi * rng.random())
+        moving = [rng.integers(m)] if len(roots) > FEW_ROOTS else slice(None)
+        direction[moving] = size * np.exp(2j * np.pi * rng.random(m))[moving]
         self.parameters, self.direction = parameters, direction
         values = []
         for p, v in zip(parameters.tolist(), direction.tolist()):
@@ -142,7 +161,11 @@ class _Curve:
         equations = system.program.embed(builder, x, values)
         # The unknowns as parameters: u may be rational in them, and must not lose its denominator.
         self.u_of = program_from_sympy((invariant,), (), system.unknowns)[1] if invariant is not None else None
-        u = x[0]
+        u, self.weights = x[0], np.eye(1, n, dtype=complex)[0]
+        if len(roots) <= FEW_ROOTS:
+            sizes = np.maximum(np.median(np.abs(roots), axis=0), 1e-6 * np.abs(roots).max())
+            self.weights = np.exp(2j * np.pi * rng.random(n)) / np.where(sizes > 0, sizes, 1.0)
+            u = builder.total(builder.multiply(builder.constant(w), x[k]) for k, w in enumerate(self.weights.tolist()))
         if self.u_of is not None:
             u = self.u_of.embed(builder, [], x)[0]
         tau, c, s = (builder.parameter(k) for k in range(3))
@@ -177,7 +200,7 @@ class _Curve:
     def u(self, points: np.ndarray) -> np.ndarray:
         """The function u at points (x, …)."""
         if self.u_of is None:
-            return points[:, 0]
+            return np.asarray(points[:, : len(self.weights)] @ self.weights)
         return np.asarray(self.u_of.replay([], list(points.T[: self.u_of.parameters]))["F"][0])
 
     def move(self, points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -186,31 +209,49 @@ class _Curve:
         lost = (done.status != REACHED) | (done.quality > LAST_STEP)
         return np.where(lost[:, None], np.nan, done.x)
 
-    def residual(self, points: np.ndarray, group: Group | None) -> float:
-        """Second differences of the sums of u, t and ut as s moves, beside those of single points.
+    def move_all(self, points: np.ndarray, target: np.ndarray, group: Group | None) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the base carried straight to a target (NaN where lost), and all that are known there.
 
-        A path that is lost on the way leaves its end unknown; the whole set goes again along arcs until as many
-        points are known there as here.
+        When paths are lost on the way the whole set goes again along arcs, until as many points are known.
         """
+        from solvers.monodromy import carry
+
+        straight = self.move(points, self.base, target)
+        known = PointSet(points.shape[1])
+        ends = straight[np.isfinite(straight[:, 0])]
+        known.add(ends if group is None else group.representatives(ends, target))
+        for _ in range(AGAIN):
+            if len(known) >= len(points):
+                break
+            bend = np.exp(1j * self._rng.uniform(0.3, np.pi - 0.3) * self._rng.choice([-1, 1]))
+            ends = carry(self.engine, points, self.base, target, bend, typical=self.typical)
+            known.add(ends if group is None else group.representatives(ends, target))
+        return straight, known.points
+
+    def compare(self, points: np.ndarray, group: Group | None) -> tuple[bool, np.ndarray]:
+        """Whether the points of a complete hyperbola fall back to just the roots given; roots beyond them.
+
+        Monodromy finds the points of the hyperbola whether they belong to given roots or to others. Only when the
+        hyperbola has become the pair of lines again do they part: t = 0 on the one, u = c on the other.
+        """
+        _, ends = self.move_all(points, self.origin, group)
+        back = ends[np.abs(ends[:, -1]) < ON_THE_LINE]
+        given = PointSet(points.shape[1])
+        given.add(self.start if group is None else group.representatives(self.start, self.origin))
+        found = given.find(back)
+        whole = len(ends) == len(points) and len(np.unique(found[found >= 0])) == len(given)
+        return whole and bool(np.all(found >= 0)), back[found < 0, :-1]
+
+    def residual(self, points: np.ndarray, group: Group | None) -> float:
+        """Second differences of the sums of u, t and ut as s moves, beside those of single points."""
         paired, sums = [self._heights(points)], [self._heights(points).sum(axis=1)]
         for k in (1, 2):
             target = self.base + np.array([0, 0, k * self.step])
-            straight = self.move(points, self.base, target)
+            straight, known = self.move_all(points, target, group)
             paired.append(self._heights(straight))
-            known = PointSet(points.shape[1])
-            ends = straight[np.isfinite(straight[:, 0])]
-            known.add(ends if group is None else group.representatives(ends, target))
-            for _ in range(AGAIN):
-                if len(known) >= len(points):
-                    break
-                bend = np.exp(1j * self._rng.uniform(0.3, np.pi - 0.3) * self._rng.choice([-1, 1]))
-                from solvers.monodromy import carry
-
-                ends = carry(self.engine, points, self.base, target, bend, typical=self.typical)
-                known.add(ends if group is None else group.representatives(ends, target))
             if len(known) != len(points):
                 return float("inf")
-            sums.append(self._heights(known.points).sum(axis=1))
+            sums.append(self._heights(known).sum(axis=1))
         second = paired[0] - 2 * paired[1] + paired[2]
         size = np.sqrt(np.nansum(np.abs(second) ** 2, axis=1))
         defect = np.abs(sums[0] - 2 * sums[1] + sums[2])

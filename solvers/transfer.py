@@ -16,12 +16,13 @@ import numpy as np
 
 from solvers.endgame import FAILED, INFINITE, REGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
-from solvers.ledger import UNCERTAINTY, clashing
+from solvers.ledger import SAME_ROOT, UNCERTAINTY, clashing, pairs_of_equals, settle
+from solvers.local import ORIGIN
 from solvers.monodromy import carry
 from solvers.points import Group, PointSet
 from solvers.solutions import Solutions
 from solvers.system import System
-from solvers.tracking import Run, engine_of, track_all
+from solvers.tracking import Interrupted, Run, engine_of, track_all
 
 #: Detours by way of other waypoints before missing roots are reported as failed.
 DETOURS = 6
@@ -67,7 +68,7 @@ def _transfer_orbits(
         ticks=np.repeat(ends.ticks, order),
         why={row * order + k: text for row, text in ends.why.items() for k in range(order)},
     )
-    whole.kind[~np.isfinite(whole.x).all(axis=1)] = INFINITE
+    whole.kind[(whole.kind == REGULAR) & ~np.isfinite(whole.x).all(axis=1)] = INFINITE
     name = f"parameter homotopy of one root in each orbit of {order}"
     return replace(homotopy, name=name), whole, rungs
 
@@ -80,21 +81,45 @@ def _transfer(
     fibre = waypoint(system, known, rng, run) if real else (known.parameters, known.points)
     homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
     ends, rungs = track_all(homotopy, run, ladder=real or len(known) < SMALL)
+    ends = _padded(ends, len(known))
     _canonical(ends, group, values)
     if np.all(ends.kind != FAILED):
         return homotopy, ends, rungs
-    for _ in range(DETOURS):
-        fibre = waypoint(system, known, rng, run)
-        homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
-        again, _ = track_all(homotopy, replace(run, checkpoint=None), ladder=False)
-        _canonical(again, group, values)
-        rungs["by another way"] = rungs.get("by another way", 0) + len(again.kind)
-        if np.all(again.kind != FAILED) and len(again.kind) == len(known):
-            return homotopy, again, rungs
-        fill_gaps(ends, again)
-        if np.all(ends.kind != FAILED):
-            break
+    try:
+        for _ in range(DETOURS):
+            fibre = waypoint(system, known, rng, run)
+            homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
+            again, _ = track_all(homotopy, replace(run, checkpoint=None), ladder=False)
+            _canonical(again, group, values)
+            rungs["by another way"] = rungs.get("by another way", 0) + len(again.kind)
+            if np.all(again.kind != FAILED) and len(again.kind) == len(known):
+                return homotopy, again, rungs
+            fill_gaps(ends, again)
+            if np.all(ends.kind != FAILED):
+                break
+    except KeyboardInterrupt as stop:
+        if isinstance(stop, Interrupted):
+            fill_gaps(ends, stop.ends)
+        raise Interrupted(ends) from None
     return homotopy, ends, rungs
+
+
+def _padded(ends: Ends, count: int) -> Ends:
+    """Ends with a failed row for each known root that was lost on the way to the waypoint."""
+    missing = count - len(ends.kind)
+    if missing <= 0:
+        return ends
+    whole = Ends(
+        x=np.concatenate([ends.x, np.full((missing, ends.x.shape[1]), np.nan)]),
+        kind=np.concatenate([ends.kind, np.full(missing, FAILED, np.int8)]),
+        winding=np.concatenate([ends.winding, np.zeros(missing, np.int64)]),
+        condition=np.concatenate([ends.condition, np.full(missing, np.inf)]),
+        ticks=np.concatenate([ends.ticks, np.zeros(missing, np.int64)]),
+        mark=np.concatenate([ends.mark, np.full(missing, np.nan)]),
+        why=ends.why | {len(ends.kind) + k: "lost on the way to the waypoint" for k in range(missing)},
+        typical=ends.typical,
+    )
+    return whole
 
 
 #: With few roots the ladder is cheaper than a detour for all of them; with many it is the other way round.
@@ -117,22 +142,28 @@ def _canonical(ends: Ends, group: Group | None, values: np.ndarray) -> None:
 
 
 def fill_gaps(ends: Ends, others: Ends) -> None:
-    """Put regular roots that only the other ends have in place of failed ones."""
-    failed = np.flatnonzero(ends.kind == FAILED)
-    known = PointSet(ends.x.shape[1], tolerance=max(1e-9, UNCERTAINTY * 1e4))
-    known.add(ends.x[ends.kind == REGULAR])
-    sound = np.setdiff1d(np.flatnonzero(others.kind == REGULAR), clashing(others))
-    fresh = sound[known.find(others.x[sound]) < 0][: len(failed)]
+    """Put regular roots that only the other ends have in place of failed ones.
+
+    A root counts as known when the two ends agree within their uncertainty: ill-conditioned ones found on two ways
+    differ in more than the last digits.
+    """
+    settle(others)
+    failed, known = np.flatnonzero(ends.kind == FAILED), np.flatnonzero(ends.kind == REGULAR)
+    sound = np.flatnonzero(others.kind == REGULAR)
+    both = np.concatenate([ends.x[known], others.x[sound]])
+    tolerance = np.maximum(SAME_ROOT, UNCERTAINTY * np.concatenate([ends.condition[known], others.condition[sound]]))
+    pairs = pairs_of_equals(both, tolerance, floor=max(ORIGIN * ends.typical, 1e-300))
+    fresh = np.delete(sound, pairs[:, 1][pairs[:, 1] >= len(known)] - len(known))[: len(failed)]
     rows = failed[: len(fresh)]
     for name in ("x", "kind", "winding", "condition"):
         getattr(ends, name)[rows] = getattr(others, name)[fresh]
+    # The way of another detour is not that of the other rows.
+    ends.mark[rows] = np.nan
     for row in rows.tolist():
         ends.why.pop(row, None)
 
 
-def waypoint(
-    system: System, known: Solutions, rng: np.random.Generator, run: Run
-) -> tuple[np.ndarray, np.ndarray]:
+def waypoint(system: System, known: Solutions, rng: np.random.Generator, run: Run) -> tuple[np.ndarray, np.ndarray]:
     """All known roots at other generic complex parameters: (parameters, points)."""
     values = known.parameters
     size = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1e-300))
