@@ -1,0 +1,197 @@
+"""Loops find all roots, whatever the seed, and say so only when it is true."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import sympy
+
+from benchmarks.systems import trammel_seed, trammel_system
+from benchmarks.zoo import ZOO
+from solvers import InvalidSystem, System, monodromy, solve
+from solvers.ledger import pairs_of_equals
+from solvers.store import RunFile
+from solvers.tracking import Interrupted
+
+x, y, a, b, c = sympy.symbols("x y a b c")
+
+
+def with_constants_moving(name):
+    """A system of the zoo with a parameter added to each equation."""
+    system = ZOO[name].build()
+    shifts = sympy.symbols(f"shift:{system.size[0]}")
+    return System([f + s for f, s in zip(system.equations, shifts)], system.unknowns, shifts)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_three_cube_roots(seed):
+    found = monodromy(System([x**3 - a], [x], [a]), seed=seed)
+    assert found.complete and np.allclose(found.points[:, 0] ** 3, found.parameters[0])
+    assert len(pairs_of_equals(found.points, 1e-3)) == 0 and len(found) == 3
+
+
+@pytest.mark.parametrize("name", ["burmester", "noon3", "eco5"])
+def test_published_counts_with_a_trace_test(name):
+    """A few quiet loops prove nothing: from one root they found a part, and the trace test must see it."""
+    system = with_constants_moving(name)
+    for seed in range(4):
+        found = monodromy(system, seed=seed)
+        assert (len(found), found.complete) == (ZOO[name].isolated, True), found.evidence
+        assert "trace test passed" in found.evidence
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("name", ["burmester", "noon3", "noon4", "eco5", "eco6", "cyclic5", "fourbar5"])
+def test_published_counts_with_a_trace_test_on_many_seeds(name, seed):
+    found = monodromy(with_constants_moving(name), seed=seed)
+    assert len(found) == ZOO[name].isolated or not found.complete
+    assert found.complete, found.evidence
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_seven_pose_trammel(seed):
+    point, values = trammel_seed(np.random.default_rng(seed))
+    found = monodromy(trammel_system(), seed=seed, start=(point, values), count=560)
+    assert len(found) == 560 and found.complete
+    assert len(pairs_of_equals(found.points, 1e-8)) == 0
+    assert np.abs(trammel_system().evaluate(found.points, found.parameters)[0]).max() < 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_seven_pose_trammel_with_a_trace_test(seed):
+    point, values = trammel_seed(np.random.default_rng(seed))
+    found = monodromy(trammel_system(), seed=seed, start=(point, values))
+    assert (len(found), found.complete) == (560, True), found.evidence
+
+
+def test_a_system_that_falls_apart_is_found_whole():
+    system = System([x**2 - a, y**2 - b], [x, y], [a, b])
+    for seed in range(8):
+        found = monodromy(system, seed=seed)
+        assert len(found) == 4 or not found.complete
+
+
+def test_symmetric_roots_come_in_full_orbits():
+    system = System([x**4 + a * x**2 * y + b, y**2 + c * x**2 - 1], [x, y], [a, b, c])
+    for seed in range(3):
+        found = monodromy(system, seed=seed, symmetry=[lambda points: points * [-1, 1]])
+        assert (len(found), found.complete) == (8, True), found.evidence
+        assert np.bincount(found.orbit).tolist() == [2, 2, 2, 2]
+        assert "4 orbits of 2" in found.evidence
+
+
+def test_monodromy_and_total_degree_agree_at_its_parameters():
+    system = System([x**2 + a * x * y - b, y**3 + c * x - 1], [x, y], [a, b, c])
+    found = monodromy(system, seed=1)
+    other = solve(system, found.parameters, start="total-degree", certificates=False)
+    assert len(found) == len(other) == len(pairs_of_equals(np.concatenate([found.points, other.points]), 1e-8))
+
+
+def test_a_count_that_is_not_reached_is_told():
+    found = monodromy(System([x**2 - a], [x], [a]), count=3)
+    assert len(found) == 2 and found.complete is False and "not reached" in found.evidence
+
+
+def test_without_a_trace_test_completeness_stays_open():
+    assert monodromy(System([x**3 - a], [x], [a]), trace=False).complete is None
+
+
+def test_same_seed_same_roots_for_any_number_of_workers():
+    point, values = trammel_seed(np.random.default_rng(5))
+    one, two = (
+        monodromy(trammel_system(), seed=5, start=(point, values), count=560, jobs=jobs).points for jobs in (1, 2)
+    )
+    assert np.array_equal(one, two)
+
+
+# -- stopped and killed --------------------------------------------------------------------------------------
+
+
+def test_interrupted_loops_carry_what_was_found():
+    legs = []
+
+    def progress(what, done, total):
+        legs.append(done)
+        if len(legs) == 6:
+            raise KeyboardInterrupt
+
+    point, values = trammel_seed(np.random.default_rng(1))
+    with pytest.raises(Interrupted) as stop:
+        monodromy(trammel_system(), seed=1, start=(point, values), progress=progress)
+    found = stop.value.solutions
+    assert len(found) == legs[-1] and found.complete is False and "stopped by the user" in found.evidence
+    residual = np.abs(trammel_system().evaluate(found.points, found.parameters)[0]).max()
+    assert residual < 1e-6
+
+
+_PROGRAM = """
+import sys, numpy as np
+from benchmarks.systems import trammel_seed, trammel_system
+from solvers import monodromy
+from solvers.store import RunFile
+start = trammel_seed(np.random.default_rng(2))
+with RunFile.create(sys.argv[1], {}) as run:
+    print("go", flush=True)
+    monodromy(trammel_system(), seed=2, start=start, count=560, checkpoint=run,
+              progress=lambda *said: print("leg", flush=True))
+"""
+
+
+def killed_and_resumed(path, legs, delay):
+    """SIGKILL after some legs and a moment; the legs in the run file, and the resumed solutions."""
+    child = subprocess.Popen([sys.executable, "-c", _PROGRAM, str(path)], stdout=subprocess.PIPE)
+    for _ in range(1 + legs):
+        child.stdout.readline()
+    time.sleep(delay)
+    os.kill(child.pid, signal.SIGKILL)
+    child.wait()
+    start = trammel_seed(np.random.default_rng(2))
+    with RunFile.open(path, write=True) as run:
+        kept = sum(run.stages().values())
+        return kept, monodromy(trammel_system(), seed=2, start=start, count=560, checkpoint=run)
+
+
+def test_killed_loops_go_on_and_end_with_the_same_roots(tmp_path):
+    start = trammel_seed(np.random.default_rng(2))
+    whole = monodromy(trammel_system(), seed=2, start=start, count=560)
+    kept, found = killed_and_resumed(tmp_path / "run.db", 3, 0.02)
+    assert kept >= 3
+    assert np.array_equal(found.parameters, whole.parameters)
+    assert len(found) == 560 == len(pairs_of_equals(np.concatenate([whole.points, found.points]), 1e-8))
+    assert found.notes == whole.notes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moment", range(20))
+def test_killed_at_any_moment(tmp_path, moment):
+    rng = np.random.default_rng(moment)
+    start = trammel_seed(np.random.default_rng(2))
+    whole = monodromy(trammel_system(), seed=2, start=start, count=560)
+    _, found = killed_and_resumed(tmp_path / "run.db", int(rng.integers(0, 10)), float(rng.uniform(0, 0.1)))
+    assert len(found) == 560 == len(pairs_of_equals(np.concatenate([whole.points, found.points]), 1e-8))
+
+
+# -- what is no task for loops -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "system, start, message",
+    [
+        (System([x**2 - 1], [x]), None, "parameters to move"),
+        (System([x**2 - a, x - b], [x], [a, b]), None, "as many equations"),
+        (System([x**2 - a], [x], [a]), ([1, 2], [1]), "2 coordinates"),
+        (System([x**2 - a], [x], [a]), ([1], [1, 2]), "2 parameter values"),
+        (System([x**2 - a], [x], [a]), ([0], [0]), "start pair|regular root"),
+        (System([x**2 - a], [x], [a]), ([1], [7]), "start pair|regular root|no root"),
+        (System([x * 0 + 1 + 0 * a], [x], [a]), None, "regular root"),
+    ],
+)
+def test_what_cannot_be_looped_is_refused_with_a_sentence(system, start, message):
+    with pytest.raises(InvalidSystem, match=message):
+        monodromy(system, start=start)

@@ -1,0 +1,89 @@
+"""The trace test passes on complete sets, fails on every other one, and tells what it met beyond the set."""
+
+import itertools
+
+import numpy as np
+import pytest
+import sympy
+
+from solvers import System, solve
+from solvers.points import Group, PointSet
+from solvers.trace import trace_test
+
+x, y, a, b, c, d = sympy.symbols("x y a b c d")
+
+
+def cubic_and_conic():
+    return System([x**2 + a * x * y + y**2 - b, x**3 + c * y**2 + d], [x, y], [a, b, c, d])
+
+
+def generic(system, seed=0):
+    rng = np.random.default_rng(seed)
+    values = rng.normal(size=len(system.parameters)) + 1j * rng.normal(size=len(system.parameters))
+    return values, solve(system, values, start="total-degree", certificates=False).points
+
+
+def test_the_complete_set_passes():
+    system = cubic_and_conic()
+    values, roots = generic(system)
+    assert len(roots) == 6
+    for seed in range(5):
+        test = trace_test(system, values, roots, seed)
+        assert test.passed and test.residual < 1e-8 and len(test.extra) == 0
+        assert test.points > len(roots)
+
+
+@pytest.mark.parametrize("missing", range(6))
+def test_a_set_with_any_one_root_left_out_fails(missing):
+    system = cubic_and_conic()
+    values, roots = generic(system)
+    for seed in range(3):
+        test = trace_test(system, values, np.delete(roots, missing, axis=0), seed)
+        assert not test.passed
+        if len(test.extra):  # what was met on the way is the one that was left out
+            assert np.abs(test.extra - roots[missing]).max() < 1e-8
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5])
+def test_every_proper_part_fails(count):
+    system = cubic_and_conic()
+    values, roots = generic(system, seed=1)
+    for k, part in enumerate(itertools.combinations(range(6), count)):
+        assert not trace_test(system, values, roots[list(part)], seed=k).passed
+
+
+@pytest.mark.parametrize("part", [[0, 1], [0, 2], [0, 3], [1, 2], [0], [0, 1, 2]])
+def test_a_system_that_falls_apart_does_not_pass_in_part(part):
+    # Moving a alone leaves y where it is: two of the four roots are complete on that line of parameters.
+    system = System([x**2 - a, y**2 - b], [x, y], [a, b])
+    values = np.array([1 + 0.3j, 2 - 0.5j])
+    r, s = np.sqrt(values)
+    roots = np.array([[r, s], [-r, s], [r, -s], [-r, -s]])
+    for seed in range(3):
+        assert trace_test(system, values, roots, seed).passed
+        assert not trace_test(system, values, roots[part], seed).passed
+
+
+def test_a_false_root_fails():
+    system = cubic_and_conic()
+    values, roots = generic(system)
+    false = np.concatenate([roots, [[3 + 1j, 2.0]]])
+    assert not trace_test(system, values, false).passed
+
+
+def test_orbits_are_tested_through_an_invariant():
+    # x² enters alone: roots come in pairs ±x, and u = x² + y does not tell the two apart.
+    system = System([x**4 + a * x**2 * y + b, y**2 + c * x**2 + d], [x, y], [a, b, c, d])
+    values, roots = generic(system, seed=4)
+    assert len(roots) == 8
+    group = Group([lambda points: points * [-1, 1]], roots[:1], values)
+    orbits = PointSet(2)
+    orbits.add(group.representatives(roots, values))
+    assert len(orbits) == 4
+    for seed in range(3):
+        assert trace_test(system, values, orbits.points, seed, invariant=x**2 + y, group=group).passed
+        assert trace_test(system, values, orbits.points, seed, group=group).passed
+        for missing in range(4):
+            part = np.delete(orbits.points, missing, axis=0)
+            assert not trace_test(system, values, part, seed, invariant=x**2 + y, group=group).passed
+            assert not trace_test(system, values, part, seed, group=group).passed
