@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -28,6 +29,8 @@ OK, FAILED, WRONG, STOPPED = 0, 1, 2, 3
 #: Designs that a table shows unless asked for more.
 TOP = 20
 BACKENDS = ("threads", "processes", "dask", "ray")
+#: What some of them import, which is not installed by default.
+NEEDED = {"dask": "distributed", "ray": "ray"}
 
 
 class _Group(click.Group):
@@ -95,6 +98,8 @@ def solve(
         raise TaskError(f"--seed: {seed} is no seed; give a whole number from 0 on")
     if backend not in BACKENDS:
         raise TaskError(f"--backend: there is no '{backend}'; {suggest(backend, BACKENDS)}")
+    if backend in NEEDED and find_spec(NEEDED[backend]) is None:
+        raise TaskError(f"--backend: {backend} needs more packages; pip install 'everylinkage[cluster]'")
     if resume and run is None:
         raise TaskError("--resume: name the run to go on with by --run RUN.db")
     asked = Task.from_file(task)
@@ -272,6 +277,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if _users_fault(error):
             return _refuse(str(error))
+        if isinstance(error, OSError) and isinstance(error.filename, str):  # a file that was named, in most cases
+            return _refuse(f"cannot use {error.filename}: {error.strerror}")
         raise
 
 

@@ -237,7 +237,7 @@ def _system(structure: Structure, moving: set[int], slides: set[int], ours: list
     places = {*poly.z[:r], *poly.w[:r], *poly.s.values()}
     if not any(equation.free_symbols & places for equation in moved):
         return None  # the group moves alike everywhere (two crossed sliders): it is dead nowhere
-    # Any chart that no real direction misses; fixed numbers, for the same roots in every session.
+    # Any chart that no real direction misses; fixed numbers, for the same roots in every run.
     rng = np.random.default_rng(7)
     chart = sum(complex(*rng.normal(size=2)) * rate for rate in rates) - 1
     equations = [*poly.equations, *(poly.z[k] * poly.w[k] - 1 for k in range(r)), *moved, chart]

@@ -18,6 +18,8 @@ __all__ = ["Result"]
 
 #: States of a run, as its file says them.
 RUNNING, DONE, STOPPED = "running", "done", "stopped"
+_LEDGER = ("tracked", "finite", "singular", "at_infinity", "failed")
+_ROOTS = ("count", "real", "certified", "certified_real", "complete", "evidence")
 
 
 @dataclass(frozen=True)
@@ -131,20 +133,27 @@ class Result:
             return cls(
                 task=Task.from_dict(meta["task"], where=str(path)),
                 designs=[Design.from_document(document) for document in documents],
-                funnel=list(meta["funnel"]),
-                ledger=dict(meta["ledger"]),
-                roots=dict(meta["roots"]),
+                funnel=[_holding(stage, ("stage", "left", "removed")) for stage in meta["funnel"]],
+                ledger=_holding(meta["ledger"], _LEDGER),
+                roots=_holding(meta["roots"], _ROOTS),
                 seed=int(meta["seed"]),
                 version=str(meta["version"]),
                 state=str(meta["state"]),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise StoreError(f"{path} is damaged: {error}") from error
+            what = f"{error} is missing" if isinstance(error, KeyError) else error
+            raise StoreError(f"{path} is damaged: {what}") from error
 
     def __repr__(self) -> str:
         roots = self.roots.get("count")
         found = f"{roots} roots, " if roots is not None else ""
         return f"Result({self.task.mechanism}: {found}{len(self.designs)} designs, {len(self.accepted)} accepted)"
+
+
+def _holding(document: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:
+    for key in keys:
+        document[key]  # a KeyError names what is missing
+    return dict(document)
 
 
 def description(task: Task, seed: int) -> dict[str, Any]:

@@ -143,8 +143,8 @@ def _open(path: str | Path, resume: bool, task: Task) -> RunFile:
         try:
             return RunFile.create(path, description(task, task.seed))
         except StoreError as error:
-            if "exists already" in str(error):
-                RunFile.open(path).close()  # what is no run file is refused for that reason
+            if "exists already" in str(error):  # what is a folder, or no run file, is refused for that reason
+                RunFile.open(path).close()
                 message = f"{path} exists already; add --resume to go on with it, or choose another name"
                 raise StoreError(message) from None
             raise

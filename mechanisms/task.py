@@ -114,11 +114,12 @@ class Task:
         TaskError
             When there is no such file, or anything in it is wrong.
         """
-        from mechanisms.taskfile import read_toml, task_from_mapping
+        from mechanisms.taskfile import LARGEST_FILE, read_toml, task_from_mapping
 
         name = "standard input" if str(path) == "-" else str(path)
         folder = Path.cwd() if str(path) == "-" else Path(path).parent
-        data = sys.stdin.buffer.read() if str(path) == "-" else _read_bytes(Path(path))
+        most = LARGEST_FILE + 1  # a file without end, such as a device, must not fill the memory
+        data = sys.stdin.buffer.read(most) if str(path) == "-" else _read_bytes(Path(path), most)
         return task_from_mapping(cls, read_toml(data, name), where=name, folder=folder)
 
     @classmethod
@@ -164,11 +165,12 @@ class Task:
         return f"Task({', '.join([repr(self.mechanism), *parts])})"
 
 
-def _read_bytes(path: Path) -> bytes:
+def _read_bytes(path: Path, most: int) -> bytes:
     if path.is_dir():
         raise TaskError(f"{path} is a folder; name a task file in it")
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            return file.read(most)
     except FileNotFoundError:
         raise TaskError(f"there is no task file {path}") from None
     except OSError as error:

@@ -37,7 +37,7 @@ TaskType = TypeVar("TaskType", bound=Task)
 def read_toml(data: bytes, where: str) -> dict[str, Any]:
     """Parse TOML, saying where it breaks."""
     if len(data) > LARGEST_FILE:
-        raise TaskError(f"{where} has {len(data)} bytes: that is no task file")
+        raise TaskError(f"{where} has more than {LARGEST_FILE} bytes: that is no task file")
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -182,10 +182,14 @@ class _Reader(Checker):
     def _csv(self, name: str, columns: Sequence[str], key: str) -> list[list[float]]:
         path = self.folder / name
         try:
-            text = path.read_text(encoding="utf-8-sig")
+            with path.open("rb") as file:
+                data = file.read(LARGEST_FILE + 1)
+            text = data.decode("utf-8-sig")
         except (OSError, UnicodeDecodeError, ValueError) as error:
             reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
             self.fail(key, f"cannot read {path}: {reason}")
+        if len(data) > LARGEST_FILE:
+            self.fail(key, f"{path} has more than {LARGEST_FILE} bytes: that is no list of positions")
         lines = [(n, row) for n, row in enumerate(_csv_rows(text), start=1) if any(cell.strip() for cell in row)]
         header = [cell.strip() for cell in lines[0][1]] if lines else []
         if header != list(columns):

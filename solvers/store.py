@@ -120,6 +120,8 @@ class RunFile:
             When there is none, or it is not a run file, or a newer version wrote it.
         """
         path = Path(path)
+        if path.is_dir():
+            raise StoreError(f"{path} is a folder; name a run file in it")
         if not path.is_file():
             raise StoreError(f"there is no run file {path}")
         try:
