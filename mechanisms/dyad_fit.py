@@ -19,7 +19,6 @@ geometry associated with the least-square approximation of a given motion, J. En
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -111,12 +110,10 @@ class DyadFits:
 
     def __repr__(self) -> str:
         proof = "proved" if self.complete else "not proved"
-        return (
-            f"DyadFits({self.critical} critical points, {self.real} real, {len(self.minima)} minima, best {proof})"
-        )
+        return f"DyadFits({self.critical} critical points, {self.real} real, {len(self.minima)} minima, best {proof})"
 
 
-def fit_dyads(places: Sequence[complex], turns: ArrayLike, seed: int = 0) -> DyadFits:
+def fit_dyads(places: ArrayLike, turns: ArrayLike, seed: int = 0) -> DyadFits:
     """All critical points of the least-squares fit of a dyad to N ≥ 5 poses of a body.
 
     Parameters
@@ -166,20 +163,18 @@ def fit_dyads(places: Sequence[complex], turns: ArrayLike, seed: int = 0) -> Dya
     dyads.sort(key=lambda dyad: dyad.rms)
     count = len(solutions.points)
     accounted = solutions.ledger.failed == 0 and not len(solutions.singular)
-    return DyadFits(
-        dyads, count, len(dyads), certified, bool(accounted and certified == count), solutions.evidence
-    )
+    return DyadFits(dyads, count, len(dyads), certified, bool(accounted and certified == count), solutions.evidence)
 
 
 def dyad_residuals(
-    places: Sequence[complex], turns: ArrayLike, fixed: complex, moving: complex, length: float
+    places: ArrayLike, turns: ArrayLike, fixed: complex, moving: complex, length: float
 ) -> NDArray[np.float64]:
     """q_j of one dyad."""
     p, e = np.asarray(places, dtype=complex), np.exp(1j * np.asarray(turns, dtype=float))
     return 0.5 * np.abs(p + e * moving - fixed) ** 2 - 0.5 * length**2
 
 
-def minimax_dyad(places: Sequence[complex], turns: ArrayLike, fits: DyadFits) -> Dyad:
+def minimax_dyad(places: ArrayLike, turns: ArrayLike, fits: DyadFits) -> Dyad:
     """The dyad with the least max |q_j|, from every local minimum of the least-squares problem.
 
     Parameters

@@ -109,11 +109,11 @@ class SerialChain:
         names = ["O", *(f"J{k}" for k in range(1, len(self.links))), "P"]
         bars = {f"link{k}": (names[k - 1], names[k]) for k in range(1, len(self.links) + 1)}
         gears = [
-            Gear({f"link{k}": 1, "link1": -gear_fraction(ratio)})
+            Gear({f"link{k}": Fraction(1), "link1": -gear_fraction(ratio)})
             for k, ratio in enumerate(self.ratios[1:], start=2)
             if ratio != 0.0
         ]
-        gears += [Gear({f"link{k}": 1}) for k, ratio in enumerate(self.ratios[1:], start=2) if ratio == 0.0]
+        gears += [Gear({f"link{k}": Fraction(1)}) for k, ratio in enumerate(self.ratios[1:], start=2) if ratio == 0.0]
         return Linkage(
             points=dict(zip(names, places)),
             links={"ground": ("O",), **bars},
@@ -124,7 +124,7 @@ class SerialChain:
             length_unit=length_unit,
         )
 
-    def poses(self, phi: Sequence[float]) -> list[dict[str, float]]:
+    def poses(self, phi: Sequence[float] | NDArray[Any]) -> list[dict[str, float]]:
         """Rotations of the links for each input angle, by the ratios that the gears of `linkage` have.
 
         They differ from the chain's by 1e-6 at most, and by nothing for simple fractions.
@@ -159,7 +159,9 @@ def link_matrix(ratios: ArrayLike, phi: ArrayLike) -> NDArray[np.complex128]:
     return 2j * np.sin(half) * np.exp(1j * half)  # without the cancellation of e^{ix} − 1 for small x
 
 
-def chain_for_points(points: Sequence[complex], ratios: Sequence[float], phi: Sequence[float]) -> SerialChain:
+def chain_for_points(
+    points: Sequence[complex], ratios: Sequence[float], phi: Sequence[float] | NDArray[Any]
+) -> SerialChain:
     """The chain whose tip passes the points at the given input angles; Eq. (3).
 
     Parameters
@@ -193,9 +195,7 @@ def chain_for_points(points: Sequence[complex], ratios: Sequence[float], phi: Se
             f"{len(points)} points, but a chain of {links} links is linear in 2 to {links + 1} points (Eq. 4)"
         )
     if len(phi) != len(points) - 1:
-        raise TaskError(
-            f"{len(phi)} input angles for {len(points)} points; give one for each point after the first"
-        )
+        raise TaskError(f"{len(phi)} input angles for {len(points)} points; give one for each point after the first")
     matrix = link_matrix(np.array(ratios, dtype=float), np.array(phi, dtype=float))
     moves = np.array(points[1:], dtype=complex) - points[0]
     singular = np.linalg.svd(matrix, compute_uv=False)

@@ -26,6 +26,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,9 +95,7 @@ class GuidanceSearch:
         return not self.undecided
 
 
-def five_pose_chains(
-    points: Sequence[complex], angles: Sequence[float], box: RatioBox | None = None
-) -> GuidanceSearch:
+def five_pose_chains(points: Sequence[complex], angles: Sequence[float], box: RatioBox | None = None) -> GuidanceSearch:
     """Every three-link chain with gear ratios in a box that carries its last link through five poses.
 
     Parameters
@@ -137,9 +136,7 @@ def five_pose_chains(
         if not len(centres):
             break
         if len(centres) > MOST_BOXES:
-            raise TaskError(
-                "too many boxes stay open: the poses seem to allow a continuum of chains; change a pose"
-            )
+            raise TaskError("too many boxes stay open: the poses seem to allow a continuum of chains; change a pose")
         examined += len(centres)
         keep = np.zeros(len(centres), dtype=bool)
         for part in np.array_split(np.arange(len(centres)), max(1, len(centres) // 20_000)):
@@ -212,7 +209,7 @@ class _Function:
         coefficients = np.einsum("npi,ij,nqj->npq", sx, self.minors, sy)
         hx, hy = (self.bounds(middles[:, k], radius) for k in (0, 1))
         rx, ry = _remainders(hx, radius), _remainders(hy, radius)
-        missing = sum(
+        missing: Any = sum(
             weight * (self._bound(rx[:, p], hy[:, q]) + self._bound(hx[:, p] + rx[:, p], ry[:, q]))
             for p, q, weight in ((2, 0, 1), (1, 1, 2), (0, 2, 1))
         )

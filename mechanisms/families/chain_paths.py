@@ -93,7 +93,7 @@ def paths_to_track(exponents: Sequence[int]) -> int:
     return math.comb(2 * links, links) * degree ** (2 * links)
 
 
-def path_parameters(points: Sequence[complex]) -> tuple[NDArray[np.complex128], float]:
+def path_parameters(points: Sequence[complex] | NDArray[Any]) -> tuple[NDArray[np.complex128], float]:
     """Displacements and conjugates in units of the path's size, and that size."""
     moves = np.array(points[1:], dtype=complex) - points[0]
     size = float(np.abs(moves).max())
@@ -138,7 +138,7 @@ def chains_of(
 
 
 def real_chains(
-    solutions: Solutions, exponents: Sequence[int], points: Sequence[complex]
+    solutions: Solutions, exponents: Sequence[int], points: Sequence[complex] | NDArray[Any]
 ) -> Iterator[tuple[int, SerialChain, NDArray[np.float64]]]:
     """Every real chain among the roots: (root, chain, input angles)."""
     links = len(exponents)

@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
 from mechanisms.families.chain import SerialChain, chain_for_points, chain_for_poses, input_angles, whole_exponents
@@ -49,7 +50,7 @@ class CoupledSerialChain(Family):
     pose_counts = tuple(range(2, 201))
     point_counts = tuple(range(2, 2001))
     unknowns = "links, rotations e^(i phi/q); ratios for five poses of three links"
-    roots = "5 points, two links: 20 for R = 2, 2 for R = -1; …"
+    roots = "five points, two links: 20 for R = 2, 2 for R = -1"
     free = (
         Free("links", "integer", "number of links N"),
         Free("ratios", "number", "gear ratios of the links after the first", many=True),
@@ -70,9 +71,7 @@ class CoupledSerialChain(Family):
             raise TaskError(f"{task.where}: free.links: {links} given; a coupled chain has at least 2 links")
         ratios = _ratios(task)
         if ratios is not None and (0.0 in ratios or len({1.0, *ratios[1:]}) < links):
-            raise TaskError(
-                f"{task.where}: free.ratios: the ratios 0 and 1 and equal ratios leave a link without use"
-            )
+            raise TaskError(f"{task.where}: free.ratios: the ratios 0 and 1 and equal ratios leave a link without use")
         if task.free.get("largest_turn", 1.0) <= 0:
             raise TaskError(f"{task.where}: free.largest_turn_deg: must be positive")
         if BODY in task.poses:
@@ -108,9 +107,7 @@ class CoupledSerialChain(Family):
                 raise TaskError(f"{task.where}: free.phi_deg: the input angles must go one way, up or down from 0")
             return
         if phi is not None:
-            raise TaskError(
-                f"{task.where}: free.phi_deg: {positions} points determine the input angles; leave it out"
-            )
+            raise TaskError(f"{task.where}: free.phi_deg: {positions} points determine the input angles; leave it out")
         if positions < 2 * links + 1:
             raise TaskError(
                 f"{task.where}: points: {positions} given; {links} links take up to {links + 1} points with given "
@@ -139,6 +136,17 @@ class CoupledSerialChain(Family):
             evidence="found once for complex points, every path accounted for",
             mirror=paths.path_mirror(len(ratios)),
         )
+
+    def freedom(self, task: Task) -> str:
+        """What was done where neither one linear system nor polynomials answer."""
+        ratios = _ratios(task)
+        if BODY in task.poses:
+            if ratios is not None:
+                return ""
+            if _links(task) == 3 and len(task.poses[BODY]) == 5:
+                return "a box of ratios searched by subdivision: the notes say whether every chain in it is proved"
+            return "more poses than a chain can meet: best fits over the ratios"
+        return "" if "phi" in task.free else "more points than a chain can meet: fits from all chains through some"
 
     def candidates(
         self,
@@ -213,7 +221,7 @@ def _candidate(
     task: Task,
     root: int | None,
     chain: SerialChain,
-    phi: Sequence[float],
+    phi: Sequence[float] | NDArray[Any],
     note: str = "",
     rms: float | None = None,
 ) -> Candidate:

@@ -87,9 +87,7 @@ class PeakTask:
                 "one the peak torque falls towards zero and no spring could be built"
             )
         if not (self.windup > 0 and np.isfinite(self.windup)):
-            raise TaskError(
-                f"the wind-up of the springs is bounded by {self.windup:g}; give a positive finite bound"
-            )
+            raise TaskError(f"the wind-up of the springs is bounded by {self.windup:g}; give a positive finite bound")
         if self.start == self.end:
             raise TaskError("the two positions are the same; a torque between them needs a way")
         for name, (low, high) in (("ratio", self.ratio), ("rotation", self.rotation)):
@@ -180,10 +178,10 @@ def solve_links(
             right = np.concatenate([np.tile([move.real, move.imag], (len(x), 1)), torques], axis=1)
             z = _solve(matrix, right)
             return z[:, 0::2] + 1j * z[:, 1::2], stiffness, np.zeros((len(x), 2))
-        unit = np.exp(1j * x[:, 2:4])
+        unit: NDArray[np.complex128] = np.exp(1j * x[:, 2:4])
         moved = closing * unit
         lengths = _solve(np.stack([moved.real, moved.imag], axis=1), np.tile([move.real, move.imag], (len(x), 1)))
-        links = lengths * unit
+        links = (lengths * unit).astype(np.complex128)
         z = np.stack([links.real, links.imag], axis=2).reshape(len(x), 4)
         load_torque = np.einsum("nij,nj->ni", load_rows, z)
         beta1 = -x[:, 4]  # θ1 − ψ1
@@ -260,9 +258,7 @@ def least_peak_torque(
     tried = sobol_points(box, samples or SAMPLES[case], seed)
     if len(starts):
         tried = np.vstack([np.atleast_2d(np.asarray(starts, dtype=float)), tried])
-    scores = np.concatenate(
-        [_scores(task, case, part) for part in np.array_split(tried, max(1, len(tried) // 4096))]
-    )
+    scores = np.concatenate([_scores(task, case, part) for part in np.array_split(tried, max(1, len(tried) // 4096))])
     order = np.argsort(scores, kind="stable")[: FOLLOWED[case]]
     if not np.isfinite(scores[order[0]]):
         raise TaskError("no chain within these bounds meets both positions and torques; allow longer links")
@@ -324,9 +320,7 @@ def _result(task: PeakTask, case: int, x: NDArray[np.float64]) -> PeakTorque:
 def _solve(matrix: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """Solve n small systems; NaN where one is singular."""
     size = np.abs(matrix).max(axis=(1, 2))
-    sound = np.isfinite(size) & (
-        np.abs(np.linalg.det(matrix / np.where(size > 0, size, 1)[:, None, None])) > 1e-13
-    )
+    sound = np.isfinite(size) & (np.abs(np.linalg.det(matrix / np.where(size > 0, size, 1)[:, None, None])) > 1e-13)
     out = np.full(right.shape, np.nan)
     if sound.any():
         out[sound] = np.linalg.solve(matrix[sound], right[sound][:, :, None])[:, :, 0]

@@ -78,6 +78,12 @@ class RoboMechFamily(Family):
         """None: the chains are solved one after the other."""
         return None
 
+    def freedom(self, task: Task) -> str:
+        """What was done instead of one solve."""
+        if "l_AB" in task.free:
+            return "passive chains given: all active chains exact at five positions, fitted to all positions"
+        return "a search over all 28 dimensions from exact chains: the best found, not proved to be the best"
+
     def candidates(
         self,
         task: Task,

@@ -27,6 +27,8 @@ __all__ = ["ProfileFit", "best_ratio", "match_profile"]
 GRID = 181
 #: Ratios tried before the best are followed.
 RATIOS = 41
+#: How many are followed, by how many linear programs at most.
+FOLLOWED, PROGRAMS = 2, 40
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def match_profile(
     rows = torque_rows(np.array([1.0, ratio]), end * share, load)
     wanted = np.asarray(profile(share), dtype=float) + ratio * load.moment
     if norm == "minimax":
-        z, _ = linear_minimax(rows, wanted)
+        z: Any = linear_minimax(rows, wanted)[0]
     else:
         z = np.linalg.lstsq(rows, wanted, rcond=None)[0]
     return _measured(z, ratio, profile, end, load)
@@ -108,9 +110,7 @@ def best_ratio(
         Without a finite positive bound on the lengths: there would be no best chain.
     """
     if not (0 < longest < np.inf):
-        raise TaskError(
-            "the links need a finite bound: the error falls for ever as R goes to 0 and |Z2| to infinity"
-        )
+        raise TaskError("the links need a finite bound: the error falls for ever as R goes to 0 and |Z2| to infinity")
     share = np.linspace(0.0, 1.0, GRID)
     wanted = np.asarray(profile(share), dtype=float)
 
@@ -131,13 +131,11 @@ def best_ratio(
         x = np.array([value, cut[0].real, cut[0].imag, cut[1].real, cut[1].imag])
         found.append(Fit(x, residuals(x), float(np.abs(residuals(x)).max())))
     best: list[Fit] = []
-    for fit in best_fit(found, 4):
+    for fit in best_fit(found, FOLLOWED):
         if minimax:
-            best.append(minimax_fit(residuals, fit.x, box, limits, programs=100))
+            best.append(minimax_fit(residuals, fit.x, box, limits, programs=PROGRAMS))
         else:
-            best.append(
-                least_squares_fit(lambda x: np.r_[residuals(x), 1e3 * np.maximum(limits(x), 0)], fit.x, box)
-            )
+            best.append(least_squares_fit(lambda x: np.r_[residuals(x), 1e3 * np.maximum(limits(x), 0)], fit.x, box))
     x = best_fit(best, 1)[0].x
     return _measured(x[1:], float(x[0]), profile, end, load)
 

@@ -24,7 +24,7 @@ them; they are chosen for transmission.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +53,8 @@ __all__ = [
 TRIVIAL = 1e-3
 #: First dyads, and designs, worse than this many times the best are dropped.
 WORSE = 50.0
+#: Linear programs of a Chebyshev fit at most.
+PROGRAMS = 60
 #: Sobol points for the second loop, which is free.
 SECOND_LOOPS = 4096
 
@@ -135,12 +137,12 @@ class WattLinkage:
             length_unit=length_unit,
         )
 
-    def poses(self, theta: Sequence[float]) -> list[dict[str, float]]:
+    def poses(self, theta: ArrayLike) -> list[dict[str, float]]:
         """Rotations of the links from home."""
         turned = {"crank": np.asarray(theta, dtype=float)}
         names = {"alpha": "coupler", "beta": "rocker", "phi": "bar", "gamma": "output"}
         turned |= {names[key]: values for key, values in self.rotations(theta).items()}
-        return [{link: float(values[j]) for link, values in turned.items()} for j in range(len(theta))]
+        return [{link: float(values[j]) for link, values in turned.items()} for j in range(np.size(theta))]
 
 
 @dataclass(frozen=True)
@@ -175,8 +177,8 @@ class WattFit:
 
 
 def fit_watt(
-    points: Sequence[complex],
-    theta: Sequence[float] | None = None,
+    points: ArrayLike,
+    theta: ArrayLike | None = None,
     exact_first: bool = False,
     free_timing: bool = False,
     minimax: bool = False,
@@ -228,9 +230,9 @@ def fit_watt(
             if abs(c - a[0]) < TRIVIAL * size or not np.isfinite(other.length):
                 continue
             start = WattLinkage(o1, z1, wanted[0] - a[0], wanted[0] - c, c - other.fixed)
-            fit = _polish(start, wanted, crank, exact_first, free_timing, minimax, size)
-            if fit is not None:
-                found.append(fit)
+            polished = _polish(start, wanted, crank, exact_first, free_timing, minimax, size)
+            if polished is not None:
+                found.append(polished)
     kept = best_fit([fit for fit, _ in found])
     kept = [fit for fit in kept if fit.value <= WORSE * kept[0].value + 1e-12]
     by_fit = {id(fit): design for fit, design in found}
@@ -263,14 +265,10 @@ def with_second_loop(design: WattLinkage, theta: ArrayLike, seed: int = 0) -> Wa
     least = np.abs(np.sin(np.angle((d - e) * np.conj(e - o3[:, None])))).min(axis=1)
     best = int(np.nanargmax(np.where(np.isfinite(least), least, -1.0)))
     z6 = design.z7 - z5[best]
-    return WattLinkage(
-        design.o1, design.z1, design.z3, design.z4, design.z7, z6, complex(z8[best]), complex(z9[best])
-    )
+    return WattLinkage(design.o1, design.z1, design.z3, design.z4, design.z7, z6, complex(z8[best]), complex(z9[best]))
 
 
-def recipe_with_given_angles(
-    points: Sequence[complex], first: ArrayLike, second: ArrayLike
-) -> tuple[complex, complex, float]:
+def recipe_with_given_angles(points: ArrayLike, first: ArrayLike, second: ArrayLike) -> tuple[complex, complex, float]:
     """The published recipe for (1) or (2): both rotations given, the two vectors by linear least squares.
 
     Returns
@@ -326,6 +324,10 @@ class Watt2Path(Family):
     def system(self, task: Task) -> Problem | None:
         """None: the two dyads are solved one after the other, the second with the angles of the first."""
         return None
+
+    def freedom(self, task: Task) -> str:
+        """What was done instead of a solve."""
+        return "more points than a linkage can meet: fits from all critical points of two dyads"
 
     def candidates(
         self,
@@ -390,7 +392,7 @@ def _polish(
         x = np.concatenate([x, np.zeros(count - 1)])
     fit = least_squares_fit(residuals, x)
     if minimax:
-        fit = minimax_fit(lambda y: np.abs(misses(y)), fit.x)
+        fit = minimax_fit(lambda y: np.abs(misses(y)), fit.x, programs=PROGRAMS)
     design = design_of(fit.x)
     return (fit, design) if np.all(np.isfinite(design.trace(crank))) else None
 
