@@ -30,7 +30,7 @@ NEWTON_STEPS = 3
 SEED = 20180827
 #: Slices on which the trace test is tried before it counts as failed: it may fail by its own losses, never pass by
 #: them.
-TRACE_ATTEMPTS = 4
+TRACE_ATTEMPTS = 12
 
 Progress = Callable[[str, int, int], None]
 

@@ -12,9 +12,9 @@ __all__ = ["COUNTS", "trammel_name", "trammel_recipe"]
 
 Array = NDArray[np.complex128]
 
-#: Finite roots for generic poses and conditions: (poses, quadratic condition) -> number.  For seven poses found by the
-#: 4⁶ = 4096 paths of total degree too.
-COUNTS = {(7, False): 560}
+#: Finite roots for generic poses and conditions: (poses, quadratic condition) -> number.  Found by monodromy with trace
+#: test, and by the paths of total degree of the quartics: 4⁶, 4⁵, 4⁵·2, 4⁴, 4⁴·2.
+COUNTS = {(7, False): 560, (6, False): 370, (6, True): 420, (5, False): 183, (5, True): 208}
 
 
 def trammel_name(poses: int, quadratic: bool = False) -> str:
@@ -43,7 +43,7 @@ def trammel_recipe(name: str, poses: str, variant: str = "") -> Recipe:
         kept=6,
         restore=lambda kept, parameters: _with_turns(kept, parameters, number),
         count=COUNTS.get((number, quadratic)),
-        source="total degree 4096 of the quartics" if (number, quadratic) in COUNTS else "",
+        source="total degree of the quartics" if (number, quadratic) in COUNTS else "",
     )
 
 

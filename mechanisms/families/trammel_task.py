@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mechanisms.families.base import BODY, Candidate, Problem
 from mechanisms.families.reality import real_roots
-from mechanisms.families.trammel import Trammel, pose_values, trammel_mirror, trammel_system
+from mechanisms.families.trammel import MOST_POSES, Trammel, pose_values, trammel_mirror, trammel_system
 from mechanisms.families.trammel_choices import FREE, Choices, choices
 from mechanisms.families.trammel_generic import COUNTS, trammel_name
 from mechanisms.task import Task, TaskError
@@ -130,7 +130,8 @@ class TrammelTask:
         """The tracking form with this task's parameters."""
         count, quadratic = len(self.poses), self.choices.quadratic
         values = pose_values(self.points[1:] / self.task.size, self.turns[1:], self.choices.rows, quadratic)
-        known = COUNTS.get((count, quadratic))
+        # Choices such as x_C are special conditions, for which fewer roots may be finite.
+        known = COUNTS[7, False] if count == MOST_POSES else None
         return Problem(
             trammel_system(count, quadratic),
             values,

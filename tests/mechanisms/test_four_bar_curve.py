@@ -128,3 +128,18 @@ def test_mirror_of_nine_points_keeps_real_roots():
     turns = np.exp(1j * rng.normal(size=8))
     root = np.stack([np.concatenate([design, turns]), np.concatenate([design, turns]).conj()], axis=1).ravel()
     assert np.array_equal(nine_point_mirror().image(root[None])[0], root)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "points, chosen, count",
+    [(6, ("y_M", "y_N", "g"), 1320), (7, ("y_N", "g"), 3200), (8, ("g",), 8984)],
+)
+def test_every_seed_counts_as_many_four_bars(points, chosen, count, seed):
+    from solvers import monodromy
+
+    exchange = swapped_curve(chosen)
+    start = curve_instance(points, chosen, np.random.default_rng([seed, points]))
+    symmetry = () if exchange is None else (exchange,)
+    assert len(monodromy(curve_system(points, chosen), seed, symmetry, start, trace=False)) == count

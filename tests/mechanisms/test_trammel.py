@@ -98,3 +98,35 @@ def test_tracking_form_is_the_closure_of_the_linkage():
         assert ((b - trammel.Q) / u).imag == pytest.approx(trammel.a, abs=1e-12)  # Eq. (1)
         assert ((trammel.Q - c) / u).real == pytest.approx(trammel.b, abs=1e-12)  # Eq. (3)
         assert trammel.disk_turns([p], [turn])[0] == pytest.approx(disk, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "poses, quadratic, count",
+    [
+        (5, False, 183),
+        (5, True, 208),
+        pytest.param(6, False, 370, marks=pytest.mark.slow),
+        pytest.param(6, True, 420, marks=pytest.mark.slow),
+        pytest.param(7, False, 560, marks=pytest.mark.slow),
+    ],
+)
+def test_total_degree_and_monodromy_count_the_same_roots(poses, quadratic, count):
+    """Two routes that share neither equations nor unknowns: quartics in six unknowns, cubics with the turns kept."""
+    from solvers import monodromy, solve
+
+    system = resultant_system(poses, quadratic)
+    rng = np.random.default_rng([poses, 3])
+    values = rng.normal(size=len(system.parameters)) + 1j * rng.normal(size=len(system.parameters))
+    straight = solve(system, values, start="total-degree", seed=4, certificates=False)
+    assert straight.ledger.failed == 0 and len(straight) == count
+    start = random_instance(poses, np.random.default_rng([poses, 9]), quadratic)
+    assert len(monodromy(trammel_system(poses, quadratic), 5, start=start, trace=False)) == count
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_every_seed_counts_560_trammels_for_seven_poses(seed):
+    from solvers import monodromy
+
+    start = random_instance(7, np.random.default_rng([seed, 21]))
+    assert len(monodromy(trammel_system(7), seed, start=start, trace=False)) == 560
