@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 __all__ = [
     "COUNTS",
     "GIVEN",
+    "SOURCES",
     "mixed_dyads",
     "mixed_instance",
     "mixed_mirror",
@@ -54,8 +55,10 @@ __all__ = [
 ]
 
 #: Ordered pairs of dyads with different moving pivots, for M poses and N points.
-COUNTS = {(5, 0): 12, (4, 2): 60, (3, 4): 402, (1, 8): 8652}
-SOURCE = "Brake, Hauenstein, Murray, Myszka, Wampler, Alt–Burmester synthesis problems"
+COUNTS = {(5, 0): 12, (4, 2): 60, (3, 4): 402, (2, 6): 2224, (1, 8): 8652}
+_BRAKE = "Brake, Hauenstein, Murray, Myszka, Wampler, Alt–Burmester synthesis problems"
+#: Where each count comes from; that of (2, 6) was found here, by monodromy and by a polyhedral start alike.
+SOURCES = dict.fromkeys(COUNTS, _BRAKE) | {(2, 6): "the regular ends of all 10632 paths of a polyhedral start"}
 #: What may be given: coordinates of fixed (O) and moving (A) pivots in pose 0, and lengths of links.
 COORDINATES = tuple(f"{pivot}{number}_{axis}" for number in (1, 2) for pivot in "OA" for axis in "xy")
 LENGTHS = ("L_ground", "L_link1", "L_coupler", "L_link2")
@@ -189,7 +192,7 @@ def mixed_recipe(name: str, poses: str, points: str, names: str = "") -> Recipe:
     m, n, given = int(poses), int(points), tuple(names.split(",")) if names else ()
     if 2 * m + n + len(given) != 10 or m < 1 or not set(given) <= set(GIVEN):
         raise ValueError(f"{m} poses, {n} points, {len(given)} numbers do not determine four-bars: 2M + N + k = 10")
-    count, source = COUNTS.get((m, n)) if not given else None, SOURCE
+    count, source = (COUNTS.get((m, n)), SOURCES.get((m, n), "")) if not given else (None, "")
     if (m, n, given) == FIVE_POINTS[0]:
         count, source = (
             FIVE_POINTS[1],

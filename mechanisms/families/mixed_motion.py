@@ -21,7 +21,7 @@ from mechanisms.families.alt_burmester import (
     FIVE_POINTS,
     GIVEN,
     LENGTHS,
-    SOURCE,
+    SOURCES,
     mixed_dyads,
     mixed_mirror,
     mixed_parameters,
@@ -134,7 +134,7 @@ def mixed_problem(task: Task) -> Problem:
     given = numbers_given(task)
     finite, evidence = None, ""
     if not given and (poses, points) in COUNTS:
-        finite, evidence = COUNTS[poses, points], SOURCE
+        finite, evidence = COUNTS[poses, points], SOURCES[poses, points]
     elif (poses, points, tuple(given)) == FIVE_POINTS[0]:
         finite, evidence = FIVE_POINTS[1], "Morgan, Wampler, Solving a planar four-bar design problem"
     return Problem(
