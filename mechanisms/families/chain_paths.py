@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanisms.families.chain import SerialChain
-from mechanisms.families.reality import Mirror, real_roots
+from mechanisms.families.reality import Mirror, exchange, real_roots
 from mechanisms.task import TaskError
 
 if TYPE_CHECKING:
@@ -103,19 +103,7 @@ def path_parameters(points: Sequence[complex] | NDArray[Any]) -> tuple[NDArray[n
 
 def path_mirror(links: int) -> Mirror:
     """What conjugation of a chain does to a root: Z and W are exchanged, t_j becomes 1/conj(t_j)."""
-    from mechanisms.families.reality import UNIT_NUMBERS
-
-    order = [*range(links, 2 * links), *range(links)]
-
-    def image(points: NDArray[Any]) -> NDArray[Any]:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.concatenate([np.conj(points[:, order]), 1 / np.conj(points[:, 2 * links :])], axis=1)
-
-    def stretch(points: NDArray[Any], radii: NDArray[Any]) -> NDArray[Any]:
-        turned = UNIT_NUMBERS.stretch(points[:, 2 * links :], radii[:, 2 * links :])
-        return np.concatenate([radii[:, order], turned], axis=1)
-
-    return Mirror(image, stretch)
+    return exchange([*range(links, 2 * links), *range(links)])
 
 
 def is_rotation(points: NDArray[Any], links: int) -> NDArray[np.bool_]:

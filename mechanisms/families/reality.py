@@ -33,10 +33,13 @@ class Mirror:
         ``image(points)``, rows of unknowns to rows of unknowns.
     stretch : callable
         ``stretch(points, radii)``: radii of discs that hold the images of discs about the points.
+    balls : callable, optional
+        The image of one point in ball arithmetic: a list of ``flint.acb`` to such a list.
     """
 
     image: Callable[[NDArray[Any]], NDArray[Any]]
     stretch: Callable[[NDArray[Any], NDArray[Any]], NDArray[Any]]
+    balls: Callable[[Sequence[Any]], Sequence[Any]] | None = None
 
 
 def _inverted_radius(points: NDArray[Any], radii: NDArray[Any]) -> NDArray[Any]:
@@ -47,13 +50,17 @@ def _inverted_radius(points: NDArray[Any], radii: NDArray[Any]) -> NDArray[Any]:
 
 
 #: Real coordinates: every unknown is conjugated.
-CONJUGATION = Mirror(np.conjugate, lambda points, radii: radii)
+CONJUGATION = Mirror(np.conjugate, lambda points, radii: radii, lambda z: [x.conjugate() for x in z])
 #: Unit numbers e^{iθ}: real angles are where 1/conj(z) = z.
-UNIT_NUMBERS = Mirror(lambda points: 1 / np.conjugate(points), _inverted_radius)
+UNIT_NUMBERS = Mirror(
+    lambda points: 1 / np.conjugate(points), _inverted_radius, lambda z: [1 / x.conjugate() for x in z]
+)
 
 
 def exchange(order: Sequence[int]) -> Mirror:
     """Isotropic pairs: every unknown is conjugated and takes the place of its partner.
+
+    Unknowns after those of `order`, if there are any, are unit numbers: s becomes 1/conj(s).
 
     Parameters
     ----------
@@ -64,9 +71,24 @@ def exchange(order: Sequence[int]) -> Mirror:
     --------
     >>> exchange([1, 0]).image(np.array([[1 + 1j, 2j]])).tolist()
     [[-2j, (1-1j)]]
+    >>> exchange([1, 0]).image(np.array([[1 + 1j, 2j, 0.5j]])).tolist()
+    [[-2j, (1-1j), (-0+2j)]]
     """
     columns = list(order)
-    return Mirror(lambda points: np.conjugate(points[:, columns]), lambda points, radii: radii[:, columns])
+    first = len(columns)
+
+    def image(points: NDArray[Any]) -> NDArray[Any]:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.concatenate([np.conj(points[:, columns]), UNIT_NUMBERS.image(points[:, first:])], axis=1)
+
+    def stretch(points: NDArray[Any], radii: NDArray[Any]) -> NDArray[Any]:
+        turned = UNIT_NUMBERS.stretch(points[:, first:], radii[:, first:])
+        return np.concatenate([radii[:, columns], turned], axis=1)
+
+    def balls(z: Sequence[Any]) -> list[Any]:
+        return [z[k].conjugate() for k in columns] + [1 / x.conjugate() for x in z[first:]]
+
+    return Mirror(image, stretch, balls)
 
 
 def real_roots(
@@ -111,7 +133,7 @@ def proved_real(certificate: Any, mirror: Mirror = CONJUGATION) -> NDArray[np.bo
     Parameters
     ----------
     certificate : solvers.certify.Certificates
-        With ``boxes.midpoints``, ``.radii`` and ``.unique``, each (n, k).
+        With ``boxes.midpoints``, ``.radii`` and ``.unique``, each (n, k), and the boxes in Arb, ``exact``.
     mirror : Mirror
         It must map the roots of the very same system to roots: parameters that are conjugates of each other
         must be so exactly.
@@ -126,4 +148,17 @@ def proved_real(certificate: Any, mirror: Mirror = CONJUGATION) -> NDArray[np.bo
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         distance = np.abs(mirror.image(middle) - middle) * ROUNDING + 4 * np.finfo(float).eps * np.abs(middle)
         inside = distance + mirror.stretch(middle, radii) <= unique
-    return np.asarray(certificate.certified, dtype=bool) & inside.all(axis=1)
+    proved = np.asarray(certificate.certified, dtype=bool) & inside.all(axis=1)
+    for index, box in certificate.exact.items():  # their boxes are narrower than doubles can tell
+        if mirror.balls is not None and not proved[index]:
+            proved[index] = _own_image(box, mirror.balls)
+    return proved
+
+
+def _own_image(box: Any, balls: Callable[[Sequence[Any]], Sequence[Any]]) -> bool:
+    """Whether the image of a root's box lies in the box in which it is the only root, in ball arithmetic."""
+    from flint import ctx
+
+    with ctx.workprec(box.bits):  # even a conjugate is rounded to the working precision
+        images = balls(box.inclusion)
+    return all(outer.contains(inner) for outer, inner in zip(box.unique, images))

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sympy import symbols
+from sympy import Rational, symbols
 
 from mechanisms import families
 from mechanisms.families.base import BODY, Family
 from mechanisms.families.reality import CONJUGATION, UNIT_NUMBERS, exchange, proved_real, real_roots
 from mechanisms.tables import family_rows
-from solvers import System, solve
+from solvers import System, certify, solve
 
 ROOT = Path(__file__).parents[2]
 
@@ -72,6 +72,19 @@ def test_reality_of_isotropic_pairs_is_proved():
         solutions = solved([z * zc - 1, z + zc - total], [z, zc])
         assert proved_real(solutions.certificate, exchange([1, 0])).tolist() == [real] * 2
         assert real_roots(solutions.points, exchange([1, 0])).tolist() == [real] * 2
+
+
+def test_reality_is_proved_of_roots_whose_boxes_need_more_than_double_precision():
+    """Roots 1e-9 apart have boxes in Arb alone, too narrow for doubles: a pair on the circle, and a pair off it."""
+    z, zc, s = symbols("z zc s")
+    near = 1 + Rational(1, 10**18)
+    for total, unit, real in ((2 / near, 2 / near, True), (2 * near, 2 * near, False)):
+        system = System([z * zc - 1, z + zc - total, s**2 - unit * s + 1], [z, zc, s])
+        step = 1.4142135623730951e-9 * (1j if real else 1)
+        points = [[1 + a * step, 1 - a * step, 1 + b * step] for a in (1, -1) for b in (1, -1)]
+        certificate = certify(system, np.array(points))
+        assert certificate.count == 4 and len(certificate.exact) == 4
+        assert proved_real(certificate, exchange([1, 0])).tolist() == [real] * 4
 
 
 def test_a_close_pair_is_not_taken_for_two_real_roots():
