@@ -24,6 +24,9 @@ STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
 #: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
 #: μ-th root of the rounding error from any one path, and to about 1e-10 from the mean over its loops.
 SAME_SINGULAR = 1e-5
+#: Singular endpoints smaller than this part of the typical size are compared as if they were of that size: means
+#: over the loops round the origin are only known beside the loops.
+BESIDE_ZERO = 1e-4
 #: Singular values of the scaled Jacobian below this count towards its kernel at a singular end.
 KERNEL = 1e-6
 #: Whole solves with a fresh random γ, when paths still fail after the ladder.
@@ -218,7 +221,7 @@ def _collect(system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends,
     )
     return Solutions(
         points=points[regular],
-        singular=_singular(system, values, points[singular], ends.winding[singular]),
+        singular=_singular(system, values, points[singular], ends.x[singular], ends.winding[singular], ends.typical),
         parameters=values,
         ledger=account,
         unknowns=system.unknowns,
@@ -237,10 +240,12 @@ def _evidence(homotopy: Homotopy, account: Ledger) -> str:
     return f"all {account.tracked} paths of the {name}{reason} are accounted for"
 
 
-def _singular(system: System, values: np.ndarray, points: np.ndarray, winding: np.ndarray) -> Singular:
-    """Singular ends that agree, as one point with a multiplicity."""
+def _singular(
+    system: System, values: np.ndarray, points: np.ndarray, scaled: np.ndarray, winding: np.ndarray, typical: float
+) -> Singular:
+    """Singular ends that agree, as one point with a multiplicity; compared in the units of the homotopy."""
     label = np.arange(len(points))
-    for i, j in pairs_of_equals(points, SAME_SINGULAR).tolist():
+    for i, j in pairs_of_equals(scaled, SAME_SINGULAR, floor=max(BESIDE_ZERO * typical, 1e-300)).tolist():
         label[label == label[j]] = label[i]
     groups = [np.flatnonzero(label == name) for name in dict.fromkeys(label.tolist())]
     means = np.array([points[g].mean(axis=0) for g in groups]).reshape(-1, points.shape[1])
