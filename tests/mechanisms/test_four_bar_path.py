@@ -15,6 +15,19 @@ from tests.mechanisms import suarez
 #: linkages, J. Mech. Des. 114(1), 1992: problem 3, and what it has.
 PROBLEM_3 = [(0.25, 0), (0.52, 0.1), (0.8, 0.7), (1.2, 1), (1.4, 1.3), (1.1, 1.48), (0.7, 1.4), (0.2, 1), (0.02, 0.4)]
 REAL_TRIPLES = 64
+#: Problems 1 and 2 of the same paper, with the numbers of real triples that every detour tried here has found.
+OTHERS = {
+    1: (
+        [(0.8961867, -0.09802917), (1.2156535, -1.187491), (1.5151435, -0.85449808), (1.6754775, -0.48768058),
+         (1.713869, -0.30099232), (1.7215236, 0.03269953), (1.6642029, 0.33241088), (1.4984171, 0.74435576),
+         (1.3011834, 0.92153806)],
+        21,
+    ),
+    2: (
+        [(0, 0), (0.30, -0.1), (0.70, 0), (0.82, 0.2), (0.90, 0.4), (0.90, 0.7), (0.60, 0.7), (0.10, 0.5), (0, 0.3)],
+        45,
+    ),
+}  # fmt: skip
 
 
 def task(points, free=(), **more):
@@ -72,6 +85,19 @@ def test_problem_3_has_64_real_cognate_triples(nine):
         if "complex" not in design.reasons:
             curves[design.extra["curve"]].append(design)
     assert len(curves) == REAL_TRIPLES
+    assert {len(group) for group in curves.values()} == {6}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", OTHERS)
+def test_other_problems_have_whole_triples(number):
+    points, triples = OTHERS[number]
+    result = synthesize(task(points, solve={"seed": 0}))
+    curves = defaultdict(list)
+    for design in result.designs:
+        if "complex" not in design.reasons:
+            curves[design.extra["curve"]].append(design)
+    assert len(curves) == triples
     assert {len(group) for group in curves.values()} == {6}
 
 
