@@ -103,9 +103,7 @@ def choose_start(system: System, values: Any = None, start: Any = "auto") -> Cho
     values = system.values_of(values)
     if not isinstance(start, str):
         structure = _structure(system, start)
-        return Choice(
-            "linear-product", ChoiceGraph(structure).count, "with the structure given", structure=structure
-        )
+        return Choice("linear-product", ChoiceGraph(structure).count, "with the structure given", structure=structure)
     if start == "auto":
         return _automatic(system, values)
     if start == "total-degree":

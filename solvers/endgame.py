@@ -32,8 +32,6 @@ NAMES = ("finite", "singular", "at infinity", "failed")
 FIRST_RADIUS = 0.01
 #: Ratio of successive radii. Small enough that the error r^8 falls by a million between them.
 SHRINK = 0.2
-#: Radii tried before a path is given up: 0.01·0.2^16 = 7e-14, the last that double precision resolves.
-RADII = 17
 #: Corners of the loop.
 CORNERS = 8
 #: Winding numbers looked for.
@@ -46,12 +44,14 @@ AGREE = 1e-7
 POLE = 1e-10
 #: How far out a direction is tried, and how well the highest terms must cancel there, relative.
 FAR, HIGHEST_TERMS = 1e13, 1e-6
-#: Below this radius exponents that have settled decide alone, for windings beyond the largest.
+#: Below this radius exponents that have settled decide alone, for paths that wind more often than is looked for.
 EXPONENTS_DECIDE = 1e-9
+#: … and those that do close must show exponents k/m to this precision, times m.
+RATIONAL = 0.1
 #: A coordinate with an exponent below this goes to infinity: 1/24 is the smallest that a loop could show.
 INFINITE_EXPONENT = -0.04
 #: Exponents that change by less than this from one radius to the next have settled for good.
-STILL = 0.01
+STILL = 0.002
 #: A root whose scaled condition number is below this is regular. Above, a path on its way to a multiple root may
 #: be taken for one that has arrived: double-double decides.
 TRUSTED = 1e6
@@ -68,7 +68,7 @@ ROUNDING = 1e-15
 #: At a singular root that has been refined in double-double the condition number is 1e15 or more.
 HOPELESS = 1e13
 #: Last step in double-double of a Newton iteration that converges quadratically.
-QUADRATIC = 1e-20
+QUADRATIC = 1e-18
 #: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
 SETTLED = 0.15
 
@@ -127,6 +127,7 @@ def finish(
     target: np.ndarray,
     direction: np.ndarray,
     settings: Settings,
+    smallest: float = 1e-13,
 ) -> Ends:
     """Track paths from r = 1 to their ends.
 
@@ -138,6 +139,8 @@ def finish(
     x : ndarray, shape (paths, unknowns)
         Solutions at r = 1.
     target, direction : ndarray, shape (parameters,)
+    smallest : float
+        The smallest radius at which the parameters can be told from the target's.
     """
     count = len(x)
     ends = Ends(
@@ -155,9 +158,7 @@ def finish(
     if rows.size:
         there = newton(walk.program, points, target + radius * direction, walk.typical, steps=2)[0]
         ends.mark[rows] = fingerprints(there, ORIGIN * walk.typical)
-    for _ in range(RADII):
-        if not rows.size:
-            break
+    while rows.size and radius > smallest:
         rows, points = walk.look(rows, points, radius)
         if not rows.size:
             break
@@ -264,22 +265,28 @@ class _Walk:
             self.mean[rows[ripe]], self.turns[rows[ripe]] = mean, turns
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
             at_infinity[at_infinity] = self._is_infinite(mean[at_infinity, :-1])
-            finite = agree & (order == 0)
+            finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE)
             self._close(rows[ripe[at_infinity]], mean[at_infinity, :-1], turns[at_infinity], INFINITE)
             decided[ripe[at_infinity]] = True
             if finite.any():
                 ends = mean[finite, :-1] / mean[finite, -1:]
                 where = ripe[finite]
                 singular = self._is_singular(rows[where], ends)
-                alone = np.flatnonzero(singular & (turns[finite] == 1))
-                if alone.size:
-                    simple = self._is_simple(rows[where[alone]], ends[alone])
-                    decided[where[alone[simple]]] = True
-                    singular[alone[simple]] = False
+                doubtful = np.flatnonzero(singular)
+                if doubtful.size:
+                    alone = turns[finite][doubtful] == 1
+                    simple = self._is_simple(rows[where[doubtful]], ends[doubtful], alone)
+                    decided[where[doubtful[simple & alone]]] = True
+                    # The mean of a path that winds round it can be a simple root too: the middle one of three.
+                    singular[doubtful[simple]] = False
                 self._close(rows[where[singular]], ends[singular], turns[finite][singular], SINGULAR)
                 decided[where[singular]] = True
         if radius < EXPONENTS_DECIDE:
-            leaving = ~decided & self.still & (self.exponents[rows].min(axis=1) < INFINITE_EXPONENT)
+            # Exponents are multiples of 1/m: a path that only looks settled on its way to a far root has others.
+            exponents = self.exponents[rows]
+            steps = exponents * self.turns[rows, None]
+            rational = np.abs(steps - np.rint(steps)).max(axis=1) < RATIONAL
+            leaving = ~decided & self.still & rational & (exponents.min(axis=1) < INFINITE_EXPONENT)
             whole = np.abs(points[leaving]).max(axis=1, keepdims=True)
             self._close(rows[leaving], points[leaving] / whole, np.zeros(int(leaving.sum()), np.int64), INFINITE)
             decided |= leaving
@@ -299,15 +306,16 @@ class _Walk:
         size = magnitudes(self.program, x, self.target, self.typical)
         left, values, _ = np.linalg.svd(J * relative_weights(x, self.typical)[:, None, :] / size[:, :, None])
         with np.errstate(all="ignore"):
-            self.ends.condition[rows] = condition = values[:, 0] / values[:, -1]
+            self.ends.condition[rows] = condition = np.maximum(values[:, 0], 1) / values[:, -1]
         residual = F / size
         along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
         return (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
 
-    def _is_simple(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
+    def _is_simple(self, rows: np.ndarray, x: np.ndarray, close: Any = True) -> np.ndarray:
         """Whether a limit that no path winds round is a simple root after all, only an ill-conditioned one.
 
         Newton's method in double-double converges quadratically to a simple root, by halves to a multiple one.
+        Where `close` the simple ones are the ends of their paths.
         """
         from solvers.arithmetic.double_double import DoubleDouble
         from solvers.refine import newton_double_double
@@ -318,9 +326,10 @@ class _Walk:
         way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
         _, _, condition = newton_step(self.program, refined.hi, self.target, self.typical)
         simple = (errors < QUADRATIC) & (way < AGREE) & (condition < HOPELESS)
-        self.ends.condition[rows[simple]] = condition[simple]
-        self.ends.x[rows[simple]] = refined.hi[simple]
-        self.ends.kind[rows[simple]] = REGULAR
+        own = simple & close
+        self.ends.condition[rows[own]] = condition[own]
+        self.ends.x[rows[own]] = refined.hi[own]
+        self.ends.kind[rows[own]] = REGULAR
         return simple
 
     def _is_infinite(self, direction: np.ndarray) -> np.ndarray:

@@ -62,6 +62,9 @@ class Homotopy:
     name : str
         For the ledger: "total degree", "parameter homotopy", …
     seed : int
+    smallest : float
+        The smallest r at which the endgame still looks. Parameters that go to zero are as exact there as anywhere;
+        others drown in their rounding at 1e-16.
     reason : str
         Why this start and no other, in words.
     """
@@ -75,6 +78,7 @@ class Homotopy:
     name: str = "homotopy"
     seed: int = 0
     kind: str = field(default="line")
+    smallest: float = 1e-13
     reason: str = ""
 
     @property

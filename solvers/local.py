@@ -45,7 +45,8 @@ def newton_step(
             for k in np.flatnonzero(finite):
                 with contextlib.suppress(np.linalg.LinAlgError):
                     solved[k] = np.linalg.solve(scaled[k], right[k])
-        norm = np.abs(scaled).sum(axis=2).max(axis=1)
+        # At a multiple root whole rows vanish: against one, the size of the terms, that shows.
+        norm = np.maximum(np.abs(scaled).sum(axis=2).max(axis=1), 1)
         condition = norm * np.abs(solved[:, :, 1]).max(axis=1)
         step = solved[:, :, 0]
         return step * weights, np.abs(step).max(axis=1), np.where(np.isfinite(condition), condition, np.inf)

@@ -88,6 +88,4 @@ def _backend(name: str, jobs: int) -> Iterator[None]:
             with parallel_config("ray", n_jobs=jobs):
                 yield
     except ImportError:
-        raise BackendError(
-            f"the backend {name!r} needs more packages: pip install 'everylinkage[cluster]'"
-        ) from None
+        raise BackendError(f"the backend {name!r} needs more packages: pip install 'everylinkage[cluster]'") from None

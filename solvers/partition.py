@@ -51,9 +51,7 @@ class Partition:
         return f"Partition({inside}, {self.bezout} paths)"
 
 
-def multihomogeneous_bezout(
-    degrees: Sequence[Sequence[int]], sizes: Sequence[int], bound: int | None = None
-) -> int:
+def multihomogeneous_bezout(degrees: Sequence[Sequence[int]], sizes: Sequence[int], bound: int | None = None) -> int:
     """The multihomogeneous Bézout number.
 
     Parameters

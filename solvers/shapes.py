@@ -77,9 +77,7 @@ def _random_values(system: System, values: np.ndarray) -> tuple[np.ndarray, np.n
         F, J = evaluate(system.jacobian_program, points, values)
     if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
         bad = int(np.flatnonzero(~np.isfinite(F).all(axis=0) | ~np.isfinite(J).all(axis=(0, 2)))[0])
-        raise InvalidSystem(
-            f"equation {bad} is not finite at the given parameters: it divides by zero or overflows"
-        )
+        raise InvalidSystem(f"equation {bad} is not finite at the given parameters: it divides by zero or overflows")
     return F, J
 
 
@@ -100,9 +98,7 @@ def _check_unknowns(system: System, J: np.ndarray) -> None:
     if missing.size:
         names = ", ".join(str(system.unknowns[k]) for k in missing)
         verb = "does" if missing.size == 1 else "do"
-        raise InvalidSystem(
-            f"{names} {verb} not occur in any equation, so the roots are not isolated: leave it out"
-        )
+        raise InvalidSystem(f"{names} {verb} not occur in any equation, so the roots are not isolated: leave it out")
 
 
 def _normalised(J: np.ndarray) -> np.ndarray:

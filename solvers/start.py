@@ -17,6 +17,11 @@ from solvers.system import System
 from solvers.tape import Builder
 
 
+#: Close to the target the start system is what is left, with a factor r that keeps all its digits: double precision
+#: follows a path to radii as small as roots of size a million with tenfold windings ask for.
+START_VANISHES = 1e-22
+
+
 @dataclass(frozen=True)
 class RootsOfUnity:
     """Start point k: its digits in the mixed radix of the degrees choose a root of unity for each unknown."""
@@ -76,6 +81,7 @@ def total_degree(
         moving=range(2 * size),
         unknown_scale=unknown_scale,
         name="total degree",
+        smallest=START_VANISHES,
         seed=seed,
     )
 

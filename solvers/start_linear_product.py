@@ -124,6 +124,7 @@ def linear_product(
         moving=range(2 * n),
         unknown_scale=unknown_scale,
         name=name,
+        smallest=START_VANISHES,
         seed=seed,
     )
 
@@ -150,9 +151,7 @@ def _check_cover(system: System, structure: Structure) -> None:
         if any(not 0 <= k < n for members in sets for k in members):
             raise ValueError(f"the structure of equation {i} holds an index that is no unknown: {sets}")
         if len(sets) < system.degrees[i]:
-            raise ValueError(
-                f"equation {i} has degree {system.degrees[i]}, its structure only {len(sets)} factors"
-            )
+            raise ValueError(f"equation {i} has degree {system.degrees[i]}, its structure only {len(sets)} factors")
         for k in range(n):
             held = sum(k in members for members in sets)
             if held < single[k, i]:
@@ -186,9 +185,7 @@ class ChoiceGraph:
                     row.append(-1 if following is None else after.setdefault(following, len(after)))
                 table.append(row)
             if sum(map(len, layers)) + len(after) > STATE_LIMIT:
-                raise ValueError(
-                    "the product structure has too many different states to be counted; use fewer sets"
-                )
+                raise ValueError("the product structure has too many different states to be counted; use fewer sets")
             moves.append(table)
             layers.append(after)
         ways = [1] * len(layers[-1])

@@ -362,15 +362,9 @@ class Builder:
                 give(a, self.negate(bar))
             else:  # INV
                 give(a, self.negate(self.multiply(bar, self.square(node))))
-        return {
-            k: adjoint[k]
-            for k in range(self.unknowns)
-            if k in adjoint and self._values.get(adjoint[k]) != _ZERO
-        }
+        return {k: adjoint[k] for k in range(self.unknowns) if k in adjoint and self._values.get(adjoint[k]) != _ZERO}
 
-    def derivative_along_velocity(
-        self, roots: Sequence[Node], moving: Iterable[int] | None = None
-    ) -> list[Node]:
+    def derivative_along_velocity(self, roots: Sequence[Node], moving: Iterable[int] | None = None) -> list[Node]:
         """Forward mode: the derivatives of nodes as the parameters move with their velocities.
 
         Only the parameters listed in `moving` move (all, if it is not given); the others are held still, which

@@ -136,7 +136,13 @@ def digest(homotopy: Homotopy) -> str:
 
 def _track_chunk(engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings) -> Ends:
     return finish(
-        engine, homotopy.program, homotopy.starts.points(chunk), homotopy.target, homotopy.direction, settings
+        engine,
+        homotopy.program,
+        homotopy.starts.points(chunk),
+        homotopy.target,
+        homotopy.direction,
+        settings,
+        homotopy.smallest,
     )
 
 
