@@ -35,7 +35,7 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
     dict
         ``box``, ``links``, ``points`` (by name: x and y of every frame), ``guides``, ``ground``, ``pins``,
         ``bodies``, ``poses`` (frame of each pose), ``input`` (its value in every frame, in degrees or in the
-        length unit).
+        length unit), ``path`` (whether the frames are a motion, not poses alone).
     """
     linkage = design.linkage
     if linkage is None:
@@ -66,7 +66,8 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
             }
         )
     joints = {p for _, _, p in linkage.revolute_joints()}
-    turning = not linkage.inputs[motion.driven].translation
+    turning = bool(motion.driven) and not linkage.inputs[motion.driven].translation
+    unit = ("°" if turning else f" {linkage.length_unit}".rstrip()) if motion.driven else ""
     return {
         "id": design.id,
         "box": [round(edge, digits) for edge in box],
@@ -94,8 +95,9 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
         "bodies": bodies,
         "poses": motion.poses,
         "input": _rounded(motion.input * (180 / math.pi if turning else 1.0), 2),
-        "unit": "°" if turning else f" {linkage.length_unit}".rstrip(),
-        "driven": motion.driven,
+        "unit": unit,
+        "driven": motion.driven or "pose",
+        "path": bool(motion.driven),
         "working": motion.working,
     }
 
@@ -194,8 +196,9 @@ function play(root, data, auto) {
   }
   for (const body of data.bodies) {
     const path = data.points[body.point];
-    make(svg, "polyline", {points: line(path[0], path[1]), fill: "none", stroke: body.colour, opacity: 0.8,
-      "stroke-width": 0.4 * u, "stroke-dasharray": [1.6 * u, u].join(" ")});
+    if (data.path)
+      make(svg, "polyline", {points: line(path[0], path[1]), fill: "none", stroke: body.colour, opacity: 0.8,
+        "stroke-width": 0.4 * u, "stroke-dasharray": [1.6 * u, u].join(" ")});
     body.poses.forEach(([x, y, angle], k) => {
       frame(svg, x, y, angle, body.colour, 0.4);
       text(svg, x - 2.6 * u * Math.cos(angle + 0.7), -(y - 2.6 * u * Math.sin(angle + 0.7)),

@@ -64,7 +64,8 @@ def draw_design(design: Design, ax: Axes | None = None, task: Task | None = None
         ax = drawing.page(box, linkage.length_unit)
     else:
         drawing.prepare(ax, box, linkage.length_unit)
-    drawing.paths(ax, linkage, motion.points, 0.9 if motion.working else 0.35)
+    if motion.driven:
+        drawing.paths(ax, linkage, motion.points, 0.9 if motion.working else 0.35)
     later = places[1:]
     for number, place in reversed(list(enumerate(later))):
         drawing.links(ax, linkage, place, GHOSTS[0] + (GHOSTS[1] - GHOSTS[0]) * number / max(1, len(later) - 1))
@@ -133,7 +134,8 @@ def _save_gif(design: Design, path: Path, task: Task | None, driven: str) -> Non
     box = drawing.fit(motion.points.values())
     size = max(box[1] - box[0], box[3] - box[2])
     ax = drawing.page(box, linkage.length_unit)
-    drawing.paths(ax, linkage, motion.points, 0.9)
+    if motion.driven:
+        drawing.paths(ax, linkage, motion.points, 0.9)
     drawing.bodies(ax, linkage, design.poses, task, size, strength=0.45)
     drawing.ground(ax, linkage, size)
     ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left", parse_math=False)

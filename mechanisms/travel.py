@@ -40,7 +40,7 @@ class Travel:
     working : bool
         Whether the motion passes all poses in order; if not, it is the whole circuit of pose 0.
     driven : str
-        The input.
+        The input; "" when the linkage has none, so that there is nothing between its poses.
     """
 
     points: Mapping[str, NDArray[np.complex128]]
@@ -69,7 +69,8 @@ def travel(design: Design, frames: int = 91, driven: str = "") -> Travel:
     Returns
     -------
     Travel
-        From the first pose to the last when the input passes them in order, else once round pose 0's circuit.
+        From the first pose to the last when the input passes them in order, else once round pose 0's circuit.  A
+        linkage without an input, which one motor does not drive, is shown in its poses, a frame for each.
     """
     from mechanisms.branches import Branches
     from mechanisms.motion import Placed
@@ -77,6 +78,8 @@ def travel(design: Design, frames: int = 91, driven: str = "") -> Travel:
     linkage = design.linkage
     if linkage is None:
         raise ValueError(f"{design.id} is no linkage, so that it cannot be moved")
+    if not linkage.inputs:
+        return _poses_alone(design)
     name = driven or design.input or next(iter(linkage.inputs))
     placed = Placed.of(linkage, design.poses)
     circuit = placed.circuits[0]
@@ -109,6 +112,23 @@ def travel(design: Design, frames: int = 91, driven: str = "") -> Travel:
         poses=nearest,
         working=way is not None,
         driven=name,
+    )
+
+
+def _poses_alone(design: Design) -> Travel:
+    assert design.linkage is not None
+    count = len(design.poses)
+    rotations = {
+        link: np.array([pose.get(link, 0.0) for pose in design.poses], dtype=float)
+        for link in design.linkage.moving_links
+    }
+    return Travel(
+        points={name: np.broadcast_to(z, count) for name, z in design.linkage.positions(rotations).items()},
+        rotations=rotations,
+        input=np.arange(count, dtype=float),
+        poses=list(range(count)),
+        working=True,
+        driven="",
     )
 
 

@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 from watt2_zoo import three_pose_task
 
-from mechanisms import TaskError, synthesize
+from mechanisms import Design, Linkage, TaskError, synthesize
 from mechanisms.animation import animation_page
 from mechanisms.export import export_design
 from mechanisms.plots import draw_design, save_design
@@ -97,6 +97,22 @@ def test_gif_moves_there_and_back(design, result, tmp_path):
             frames.append(np.asarray(image.convert("RGB")).astype(int))
     assert all(np.abs(frames[0] - other).max() > 100 for other in frames[1:])
     assert np.abs(frames[1] - frames[3]).max() <= 100  # frame 70 is frame 24 on the way back
+
+
+def test_a_linkage_of_two_freedoms_is_shown_in_its_poses(tmp_path):
+    """No input drives it, so that there is no motion between the poses to be shown."""
+    links = {"ground": ["O"], "a": ["O", "A"], "b": ["A", "P"]}
+    linkage = Linkage({"O": 0, "A": 1, "P": 2}, links, bodies={"P": ("b", "P")})
+    poses = ({"a": 0.0, "b": 0.0}, {"a": 0.3, "b": 0.9}, {"a": 0.5, "b": 2.0})
+    design = Design("D001", 0, linkage=linkage, poses=poses)
+    motion = travel(design)
+    assert (len(motion), motion.driven, motion.poses) == (3, "", [0, 1, 2])
+    assert np.allclose(motion.points["P"], [np.exp(1j * p["a"]) + np.exp(1j * p["b"]) for p in poses])
+    for kind in ("svg", "html", "gif"):
+        save_design(design, tmp_path / f"d.{kind}")
+    with Image.open(tmp_path / "d.gif") as image:
+        assert image.n_frames >= 3
+    assert '"path":false' in animation_page(design)
 
 
 def test_no_linkage_no_picture(result, tmp_path):
