@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.homotopy import Homotopy
-from solvers.start import blended, random_gammas
+from solvers.start import START_VANISHES, blended, random_gammas
 from solvers.system import System
 
 #: States of the counting graph; multihomogeneous structures have at most a few thousand.
