@@ -1,0 +1,191 @@
+"""The ends of paths: multiple roots, roots close together, at the origin, far out and at infinity."""
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers import System, solve
+from solvers.endgame import FAILED, REGULAR, Ends
+
+x, y, z = sympy.symbols("x y z")
+CLOSE = sympy.Rational(1, 10**6)
+
+
+def ends_of(equations, unknowns=(x,), seed=0, start="total-degree"):
+    solutions = solve(System(equations, unknowns), seed=seed, start=start, certificates=False)
+    assert solutions.ledger.balanced and solutions.ledger.failed == 0, (seed, solutions.ledger.failures)
+    return solutions
+
+
+def check_multiple(equations, unknowns, roots, simple=0, seeds=range(20), tolerance=1e-6):
+    """`roots`: pairs of a singular point and its multiplicity."""
+    for seed in seeds:
+        solutions = ends_of(equations, unknowns, seed)
+        assert len(solutions) == simple, (seed, solutions.ledger)
+        found = solutions.singular
+        assert sorted(found.multiplicity.tolist()) == sorted(m for _, m in roots), seed
+        for point, multiplicity in roots:
+            near = np.abs(found.points - np.array(point)).max(axis=1).argmin()
+            assert np.abs(found.points[near] - np.array(point)).max() < tolerance
+            assert found.multiplicity[near] == multiplicity
+
+
+# -- multiple roots ------------------------------------------------------------------------------------------
+
+
+def test_the_double_root_of_a_square():
+    check_multiple([x**2 - 4 * x + 4], [x], [((2,), 2)])
+
+
+@pytest.mark.parametrize("multiplicity", [2, 3, 4, 5, 6])
+@pytest.mark.parametrize("place", [0, 1, -3])
+def test_multiple_roots_of_one_equation(multiplicity, place):
+    alone = sympy.expand((x - place) ** multiplicity)
+    check_multiple([alone], [x], [((place,), multiplicity)], seeds=range(6), tolerance=1e-4)
+    beside = sympy.expand((x - place) ** multiplicity * (x + 2))
+    check_multiple([beside], [x], [((place,), multiplicity)], simple=1, seeds=range(6), tolerance=1e-4)
+
+
+@pytest.mark.parametrize(
+    "equations, roots, simple",
+    [
+        ([x**2 + y**2 - 1, x - 1], [((1, 0), 2)], 0),
+        ([x**2 + y**2 - 1, (x - 2) ** 2 + y**2 - 1], [((1, 0), 2)], 0),
+        ([y - x**3, y], [((0, 0), 3)], 0),
+        ([x**2, y**2], [((0, 0), 4)], 0),
+        ([(x - 1) ** 2, (y - 1) ** 2], [((1, 1), 4)], 0),
+        ([(x - 1) ** 2, (y - 3) ** 2 - 4], [((1, 1), 2), ((1, 5), 2)], 0),
+        ([x**2 - y**3, x * y], [((0, 0), 5)], 0),
+        ([y**2 - x**3 - x**2, y - 2 * x], [((0, 0), 2)], 1),
+        ([x**2 + y**2 - 2, x * y - 1], [((1, 1), 2), ((-1, -1), 2)], 0),
+    ],
+)
+def test_multiple_roots_of_two_equations(equations, roots, simple):
+    check_multiple([sympy.expand(f) for f in equations], [x, y], roots, simple, seeds=range(6))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("multiplicity", [2, 3, 4, 5, 6])
+def test_multiple_roots_on_a_thousand_seeds(multiplicity):
+    equation = sympy.expand((x - 2) ** multiplicity)
+    check_multiple([equation], [x], [((2,), multiplicity)], seeds=range(1000), tolerance=1e-4)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.integers(-4, 4), min_size=1, max_size=3, unique=True), st.data())
+def test_multiplicities_of_products_are_read_off(places, data):
+    powers = [data.draw(st.integers(1, 3)) for _ in places]
+    equation = sympy.expand(sympy.prod([(x - p) ** m for p, m in zip(places, powers)]))
+    roots = [((p,), m) for p, m in zip(places, powers) if m > 1]
+    check_multiple(
+        [equation], [x], roots, simple=powers.count(1), seeds=[data.draw(st.integers(0, 10**6))], tolerance=1e-3
+    )
+
+
+# -- roots close together ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("distance", [CLOSE, CLOSE * 10, CLOSE * 1000])
+def test_close_pairs_are_two_simple_roots(distance):
+    equation = sympy.expand((x - 1) * (x - 1 - distance) * (x + 3))
+    for seed in range(20):
+        solutions = ends_of([equation], seed=seed)
+        assert len(solutions) == 3 and len(solutions.singular) == 0
+        exact = np.array([-3, 1, float(1 + distance)])
+        assert np.abs(np.sort(solutions.points[:, 0].real) - exact).max() < 1e-9
+
+
+def test_close_pairs_of_two_equations_are_certified_apart():
+    equations = [sympy.expand((x - 1) * (x - 1 - CLOSE)), y**2 + x - 3]
+    for seed in range(10):
+        solutions = solve(System(equations, [x, y]), seed=seed)
+        assert len(solutions) == 4 == solutions.certificate.distinct and solutions.ledger.failed == 0
+        assert solutions.certificate.real.all()
+
+
+def test_three_roots_too_close_for_doubles_are_told():
+    # In double precision nothing tells them from a triple root; the middle one is simple in double-double.
+    equation = sympy.expand((x - 1) * (x - 1 - CLOSE) * (x - 1 + CLOSE))
+    for seed in range(5):
+        solutions = solve(System([equation], [x]), seed=seed, certificates=False)
+        assert solutions.ledger.balanced and len(solutions.singular) == 0
+        assert len(solutions) + solutions.ledger.failed == 3
+        assert solutions.complete == (len(solutions) == 3)
+
+
+# -- the origin, far out, infinity ---------------------------------------------------------------------------
+
+
+def test_a_simple_root_at_the_origin():
+    for seed in range(10):
+        solutions = ends_of([x**3 - x, y**2 - y + x], [x, y], seed)
+        assert len(solutions) == 6 and np.sum(np.abs(solutions.points).max(axis=1) < 1e-12) == 1
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e-4, 1e4, 1e8])
+def test_roots_of_very_different_sizes(size):
+    big = sympy.Rational(str(size))
+    for seed in range(5):
+        solutions = ends_of([sympy.expand((x - 1) * (x - big) * (x + 2 * big))], seed=seed)
+        exact = np.sort([1.0, size, -2 * size])
+        assert np.abs(np.sort(solutions.points[:, 0].real) / exact - 1).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "equations, unknowns, finite, infinite",
+    [
+        ([x * y - 1, x - 2], [x, y], 1, 1),
+        ([x * y - 1, x], [x, y], 0, 2),
+        ([x**2 + y**2 - 1, (x - 1) ** 2 + y**2 - 1], [x, y], 2, 2),  # the circular points
+        ([x**2 * y - 1, y**2 + x - 2], [x, y], 5, 1),
+        ([y - x**2, y - x**2 - 1 - x], [x, y], 1, 3),
+        ([x + y + z - 1, x * y + y * z - 2, x * y * z + x - 3], [x, y, z], 4, 2),
+    ],
+)
+def test_paths_to_infinity(equations, unknowns, finite, infinite):
+    basis = sympy.groebner(equations, *unknowns, order="grevlex")
+    assert finite == 0 if basis.exprs == [1] else _dimension(basis, unknowns) == finite
+    for seed in range(10):
+        ledger = ends_of([sympy.expand(f) for f in equations], unknowns, seed).ledger
+        assert (ledger.finite, ledger.at_infinity) == (finite, infinite), seed
+
+
+def _dimension(basis, unknowns):
+    """Number of roots with multiplicity: the monomials that no leading monomial divides."""
+    leads = [sympy.Poly(g, *unknowns).monoms(order="grevlex")[0] for g in basis.exprs]
+    box = range(7)
+    return sum(
+        not any(all(a >= b for a, b in zip(m, lead)) for lead in leads) for m in np.ndindex(*[len(box)] * len(unknowns))
+    )
+
+
+def test_a_curve_of_roots_is_recognised_by_its_kernel():
+    # x = 0 is a line of roots; (1, 2) is alone.
+    for seed in range(5):
+        solutions = solve(System([x * (x - 1), x * (y - 2)], [x, y]), seed=seed, start="total-degree")
+        assert np.allclose(solutions.points, [[1, 2]]) and solutions.ledger.balanced
+        assert np.all(np.abs(solutions.singular.points[:, 0]) < 1e-7) and np.all(solutions.singular.dimension == 1)
+
+
+# -- the record of ends --------------------------------------------------------------------------------------
+
+
+def test_ends_that_are_tracked_again_take_the_place_of_the_old():
+    def ends(count, kind):
+        return Ends(
+            x=np.zeros((count, 1), complex),
+            kind=np.full(count, kind, np.int8),
+            winding=np.zeros(count, np.int64),
+            condition=np.ones(count),
+            ticks=np.full(count, 10),
+        )
+
+    whole, again = ends(4, FAILED), ends(2, REGULAR)
+    whole.why = dict.fromkeys(range(4), "lost")
+    again.kind[1], again.why[1], again.mark[0] = FAILED, "lost again", 3
+    whole.replace(np.array([1, 3]), again)
+    assert whole.kind.tolist() == [FAILED, REGULAR, FAILED, FAILED]
+    assert whole.why == {0: "lost", 2: "lost", 3: "lost again"}
+    assert whole.ticks.tolist() == [10, 20, 10, 20] and whole.mark[1] == 3
