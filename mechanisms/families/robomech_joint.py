@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanisms.approximate import Fit, least_squares_fit, minimax_fit, sobol_points
+from mechanisms.approximate import Fit, geodesic_fit, minimax_fit, sobol_points
 from mechanisms.dyad_fit import DyadFits
 from mechanisms.families.robomech_fit import (
     ActiveChain,
@@ -48,7 +48,7 @@ CLEAR, WALL = 0.3, 1e-2
 GOOD = 1e-7
 #: Steps of every descent at first; starts between two choices; how many of those waiting are followed, by how many
 #: steps at a time, how often, and only while a round still takes this factor off.
-SCREENING, BATCH, PROMISING, FINISHING, ROUNDS, SLOW = 200, 12, 1, 2000, 12, 0.97
+SCREENING, BATCH, PROMISING, FINISHING, ROUNDS, SLOW = 150, 12, 2, 1000, 3, 0.97
 #: A cosine beyond this means that a passive chain does not reach its point.
 OUT_OF_REACH = 1.0 - 1e-9
 
@@ -208,7 +208,9 @@ def fit_manipulator(
         chains, active, halves, proofs = begun
         elbows = (chains[0].elbow, chains[1].elbow)
         fit = _descend(_vector(active, halves), paths, crank, elbows, size, "least-squares", SCREENING)
-        waiting.append((fit.value, tried, (fit, elbows, halves, proofs)))
+        moves = _measured(fit, paths, crank, elbows, halves, proofs)
+        if moves is not None and np.isfinite(moves.worst):
+            waiting.append((fit.value, tried, (fit, elbows, halves, proofs)))
         tried += 1
         if progress is not None:
             progress("fitting manipulators", min(1.0, tried / (2 * pairs)))
@@ -367,22 +369,31 @@ def _descend(
     def jacobian(y: NDArray[np.float64]) -> NDArray[np.float64]:
         return evaluated(y)[1]
 
-    fit = least_squares_fit(residuals, x, jacobian=jacobian, steps=steps)
+    fit = geodesic_fit(residuals, x, jacobian, steps)
     return fit if norm == "least-squares" else minimax_fit(residuals, fit.x, jacobian=jacobian, programs=100)
 
 
 def _walls(x: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What keeps LM from becoming link 2 and NQ link 4: WALL·(1 − d²/δ²) where their pins are nearer than δ."""
-    values, slopes = np.zeros(2), np.zeros((2, len(x)))
-    for k in range(2):
-        at = 4 + OWN * k
-        gap = np.array([x[at + 7] - x[at + 2], x[at + 8], x[at + 9], x[at + 10]]) / (CLEAR * size)
+    """What keeps a descent from linkages that are none: WALL·(1 − d²/δ²) where a distance d is less than δ.
+
+    LM must not become link 2 (nor NQ link 4), and r_H, r_G, r_I must not vanish: with H = K = A and G = B
+    everything is satisfied, whatever the path, by link 5 lying on link 1.
+    """
+    gaps = [([2, 3], None)]
+    for at in (4, 4 + OWN):
+        gaps += [([at + 7, at + 8, at + 9, at + 10], at + 2), ([at + 4, at + 5], None)]
+    values, slopes = np.zeros(len(gaps)), np.zeros((len(gaps), len(x)))
+    for row, (places, less) in enumerate(gaps):
+        gap = x[places] / (CLEAR * size)
+        if less is not None:
+            gap[0] -= x[less] / (CLEAR * size)
         inside = 1.0 - float(gap @ gap)
         if inside > 0:
-            values[k] = WALL * inside
+            values[row] = WALL * inside
             slope = -2 * WALL * gap / (CLEAR * size)
-            slopes[k, at + 7 : at + 11] = slope
-            slopes[k, at + 2] = -slope[0]
+            slopes[row, places] = slope
+            if less is not None:
+                slopes[row, less] = -slope[0]
     return values, slopes
 
 
@@ -420,7 +431,7 @@ def _measured(
     for half, path, elbow in zip((blank.c, blank.f), paths, elbows):
         if min(half.crank, half.rod, half.gh, half.lm) <= 0:
             return None
-        if np.hypot(abs(half.l - half.crank), abs(half.m)) < 0.99 * CLEAR * size:
+        if min(np.hypot(abs(half.l - half.crank), abs(half.m)), abs(half.g), abs(blank.h)) < 0.99 * CLEAR * size:
             return None
         try:
             chain = passive_chain(list(path), half.pivot, half.crank, half.rod, elbow)

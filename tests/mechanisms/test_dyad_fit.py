@@ -10,6 +10,7 @@ import pytest
 from mechanisms.approximate import (
     Fit,
     best_fit,
+    geodesic_fit,
     least_squares_fit,
     linear_minimax,
     minimax_fit,
@@ -105,6 +106,22 @@ def test_minimax_keeps_bounds_and_constraints() -> None:
     angle = np.linspace(0, 2 * np.pi, 200001)
     best = np.maximum(np.abs(np.cos(angle) - 3), np.abs(np.sin(angle) + 2)).min()
     assert circle.value == pytest.approx(best, abs=1e-6)
+
+
+def test_geodesic_descent_follows_a_narrow_valley() -> None:
+    """Fit of exponentials, where the Jacobian is singular to 1e-8 at the solution."""
+    grid = np.linspace(0, 1, 30)
+    rates = np.array([1.0, 1.3, 1.7, 2.2])
+
+    def residuals(x: np.ndarray) -> np.ndarray:
+        return np.exp(-np.outer(grid, x)).sum(axis=1) - np.exp(-np.outer(grid, rates)).sum(axis=1)
+
+    def slopes(x: np.ndarray) -> np.ndarray:
+        return -grid[:, None] * np.exp(-np.outer(grid, x))
+
+    fit = geodesic_fit(residuals, [0.2, 0.9, 2.5, 4.0], slopes, steps=500)
+    assert fit.value < 1e-9
+    np.testing.assert_allclose(np.sort(fit.x), rates, atol=1e-2)
 
 
 def test_fits_that_end_in_one_place_are_one() -> None:
