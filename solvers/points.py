@@ -7,7 +7,7 @@ A comparison of n points with N known ones costs (n + N) log N.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from inspect import signature
+from inspect import Parameter, signature
 
 import numpy as np
 
@@ -99,9 +99,13 @@ def first_of_equals(points: np.ndarray, tolerance: float, functional: np.ndarray
     return first
 
 
+_POSITIONAL = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+
+
 def _with_parameters(symmetry: Symmetry) -> Symmetry:
     """A symmetry as a function of points and parameters, whether it looks at the latter or not."""
-    if len(signature(symmetry).parameters) >= 2:
+    needed = [p for p in signature(symmetry).parameters.values() if p.default is p.empty and p.kind in _POSITIONAL]
+    if len(needed) >= 2:
         return symmetry
     return lambda points, parameters: symmetry(points)
 
