@@ -157,10 +157,11 @@ def test_through_the_front_door() -> None:
 
 @pytest.mark.slow
 def test_from_the_paths_alone() -> None:
-    """Some minutes: all 28 dimensions searched."""
-    best = fit_manipulator(C.tolist(), F.tolist(), PHI7.tolist(), seed=0, good=1e-6)[0]
-    assert best.worst <= 1e-6
+    """About a minute: all 28 dimensions searched; on paths two units long some manipulator misses them by 1e-4 or less."""
+    best = fit_manipulator(C.tolist(), F.tolist(), PHI7.tolist(), seed=0, good=1e-4, pairs=10)[0]
+    assert best.worst <= 1e-4
     assert isinstance(best.mechanism, RoboMech) and isinstance(best.mechanism.c, Half)
+    assert min(abs(best.mechanism.h), abs(best.mechanism.c.g), abs(best.mechanism.f.g)) > 0.2
 
 
 def changed(**free: object) -> dict[str, object]:
