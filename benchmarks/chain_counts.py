@@ -29,7 +29,7 @@ def generic(exponents: tuple[int, ...], seed: int = 0) -> Solutions:
     rng = np.random.default_rng([seed, *map(abs, exponents)])
     values = rng.normal(size=(4 * len(exponents), 2)) @ [1, 1j]
     system = paths.path_system(exponents)
-    found = solve(system, values, start="multihomogeneous", seed=seed, jobs=2, certificates=False)
+    found = solve(system, values, start="multihomogeneous", seed=seed, certificates=False)
     keep = paths.is_rotation(found.points, len(exponents))
     found.points, found.paths = found.points[keep], found.paths[keep]
     return found

@@ -157,7 +157,7 @@ def test_through_the_front_door() -> None:
 
 @pytest.mark.slow
 def test_from_the_paths_alone() -> None:
-    """About a minute: all 28 dimensions searched; on paths two units long some manipulator misses them by 1e-4 or less."""
+    """About a minute: all 28 dimensions searched; paths two units long are missed by 1e-4 or less."""
     best = fit_manipulator(C.tolist(), F.tolist(), PHI7.tolist(), seed=0, good=1e-4, pairs=10)[0]
     assert best.worst <= 1e-4
     assert isinstance(best.mechanism, RoboMech) and isinstance(best.mechanism.c, Half)
