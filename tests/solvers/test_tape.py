@@ -15,6 +15,27 @@ from solvers.tape import Builder, exact
 SYMBOLS = sympy.symbols("x y p q")
 
 
+#: Ways to make a node of two others and a power, and the same in SymPy.
+_MADE = (
+    lambda graph, a, b, k: graph.add(a, b),
+    lambda graph, a, b, k: graph.sub(a, b),
+    lambda graph, a, b, k: graph.multiply(a, b),
+    lambda graph, a, b, k: graph.negate(a),
+    lambda graph, a, b, k: graph.power(a, k),
+    lambda graph, a, b, k: graph.total([a, b, b]),
+    lambda graph, a, b, k: graph.square(a),
+)
+_FORMS = (
+    lambda u, v, k: u + v,
+    lambda u, v, k: u - v,
+    lambda u, v, k: u * v,
+    lambda u, v, k: -u,
+    lambda u, v, k: u**k,
+    lambda u, v, k: u + 2 * v,
+    lambda u, v, k: u * u,
+)
+
+
 @st.composite
 def recipes(draw):
     """A random expression both as a node of a graph and in SymPy: (build, expression)."""
@@ -24,18 +45,9 @@ def recipes(draw):
     forms = [*SYMBOLS, sympy.Integer(2)]
     for what, i, j in steps:
         i, j = i % len(nodes), j % len(nodes)
-        a, b, u, v = nodes[i], nodes[j], forms[i], forms[j]
-        made = [
-            (lambda: builder.add(a, b), lambda: u + v),
-            (lambda: builder.sub(a, b), lambda: u - v),
-            (lambda: builder.multiply(a, b), lambda: u * v),
-            (lambda: builder.negate(a), lambda: -u),
-            (lambda: builder.power(a, j % 4), lambda: u ** (j % 4)),
-            (lambda: builder.total([a, b, b]), lambda: u + 2 * v),
-            (lambda: builder.square(a), lambda: u * u),
-        ][what]
-        nodes.append(made[0]())
-        forms.append(made[1]())
+        node, form = _MADE[what](builder, nodes[i], nodes[j], j % 4), _FORMS[what](forms[i], forms[j], j % 4)
+        nodes.append(node)
+        forms.append(form)
     return builder, nodes[-1], forms[-1]
 
 
@@ -55,7 +67,7 @@ def test_values_and_derivatives_are_those_of_sympy(recipe, seed):
 
     size = 1e-9 * (1 + abs(value(expression)))
     assert abs(out["F"][0] - value(expression)) < size
-    F, J = evaluate(program, point, parameters)
+    _, J = evaluate(program, point, parameters)
     gradient = [value(sympy.diff(expression, s)) for s in SYMBOLS]
     assert np.abs(J[0, 0] - gradient[:2]).max() < 1e-9 * (1 + np.abs(gradient).max())
     assert abs(out["Ft"][0] - np.dot(gradient[2:], velocities)) < 1e-8 * (1 + np.abs(gradient).max())

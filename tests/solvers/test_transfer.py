@@ -285,7 +285,7 @@ def test_a_start_that_does_not_fit_is_refused(known, error, message):
 def test_targets_without_isolated_roots_are_refused():
     system = System([a * x + y - 1, b * x + y - 2], [x, y], [a, b])
     known = monodromy(system, seed=0)
-    with pytest.raises(InvalidSystem, match="dependent|multiples"):
+    with pytest.raises(InvalidSystem, match=r"dependent|multiples"):
         solve(system, [3, 3], start=known)
 
 

@@ -1,0 +1,133 @@
+"""Chunks, the run file and the ladder round a homotopy."""
+
+import numpy as np
+import pytest
+import sympy
+
+from benchmarks.zoo import ZOO
+from solvers import System
+from solvers.endgame import FAILED, REGULAR
+from solvers.homotopy import parameter_homotopy
+from solvers.kernel.reference import Settings
+from solvers.solve import homotopy_for
+from solvers.store import RunFile
+from solvers.tracking import Interrupted, Run, digest, track_all
+
+x, y, a = sympy.symbols("x y a")
+
+
+def total_degree(name="cyclic5", seed=0):
+    return homotopy_for(ZOO[name].build(), np.zeros(0), "total-degree", seed)
+
+
+class Memory:
+    """A run file that forgets nothing and lives nowhere."""
+
+    def __init__(self):
+        self.stages = {}
+
+    def chunks(self, stage):
+        return dict(self.stages.get(stage, {}))
+
+    def append(self, stage, number, arrays):
+        self.stages.setdefault(stage, {})[number] = arrays
+
+
+def same(one, other):
+    return all(np.array_equal(getattr(one, n), getattr(other, n), equal_nan=True) for n in ("x", "kind", "winding"))
+
+
+def test_finished_chunks_are_not_tracked_again():
+    homotopy, memory, said = total_degree(), Memory(), []
+    whole, _ = track_all(homotopy, Run(checkpoint=memory))
+    again, _ = track_all(homotopy, Run(checkpoint=memory, progress=lambda *what: said.append(what)))
+    assert same(whole, again) and said[0] == ("total degree", 120, 120)
+
+
+def test_reasons_of_failures_come_back_from_a_run_file(tmp_path):
+    homotopy, hasty = total_degree(), Settings(ticks=30)
+    with RunFile.create(tmp_path / "run.db", {}) as run:
+        first, _ = track_all(homotopy, Run(checkpoint=run), hasty, ladder=False)
+        again, _ = track_all(homotopy, Run(checkpoint=run), hasty, ladder=False)
+    assert np.any(first.kind == FAILED) and first.why == again.why and same(first, again)
+    assert sorted(first.why) == np.flatnonzero(first.kind == FAILED).tolist()
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda arrays: arrays.pop("mark"),
+        lambda arrays: arrays.update(x=arrays["x"][:-1]),
+        lambda arrays: arrays.update(kind=arrays["kind"][:, None]),
+        lambda arrays: arrays.update(other=np.zeros(1)),
+    ],
+)
+def test_chunks_that_do_not_fit_are_tracked_again(spoil):
+    homotopy, memory = total_degree(), Memory()
+    whole, _ = track_all(homotopy, Run(checkpoint=memory))
+    for chunks in memory.stages.values():
+        for arrays in chunks.values():
+            spoil(arrays)
+    again, _ = track_all(homotopy, Run(checkpoint=memory))
+    assert same(whole, again)
+
+
+def test_every_computation_has_a_name_of_its_own():
+    system = System([x**2 - a, y - x], [x, y], [a])
+    swapped = System([y - x, x**2 - a], [x, y], [a])
+    points = np.array([[1, 1], [-1, -1], [1, 1], [1, 1], [1, 1], [2, 2]], complex)
+    other = points.copy()
+    other[5] = 3
+    names = {
+        digest(parameter_homotopy(system.program, [1], [2], points)),
+        digest(parameter_homotopy(system.program, [1], [3], points)),
+        digest(parameter_homotopy(system.program, [1.5], [2], points)),
+        digest(parameter_homotopy(system.program, [1], [2], points[:5])),
+        digest(parameter_homotopy(system.program, [1], [2], other)),
+        digest(parameter_homotopy(system.program, [1], [2], points, seed=1)),
+        digest(parameter_homotopy(swapped.program, [1], [2], points)),
+        digest(parameter_homotopy(System([x**2 - a, y + x], [x, y], [a]).program, [1], [2], points)),
+        digest(total_degree(seed=0)),
+        digest(total_degree(seed=1)),
+    }
+    assert len(names) == 10
+    assert digest(total_degree(seed=1)) in names
+
+
+def test_an_interruption_keeps_chunks_and_the_ladder():
+    homotopy, memory = total_degree("cyclic6"), Memory()
+    calls = []
+
+    def progress(*what):
+        calls.append(what)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stop:
+        track_all(homotopy, Run(checkpoint=memory, progress=progress))
+    (chunks,) = memory.stages.values()
+    assert len(chunks) == 2 and np.sum(stop.value.ends.kind == REGULAR) > 0
+    again, _ = track_all(homotopy, Run(checkpoint=memory))
+    whole, _ = track_all(homotopy, Run())
+    assert same(again, whole)
+
+
+def test_interrupted_on_the_ladder_no_root_counts_twice():
+    homotopy = total_degree("noon4")
+    careless = Settings(contraction=1.5, safety=0.3, tolerance=1e-2, largest_step=1.0)
+
+    def progress(what, done, total):
+        if "steps" in what:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stop:
+        track_all(homotopy, Run(progress=progress), careless)
+    ends = stop.value.ends
+    regular = ends.x[ends.kind == REGULAR]
+    distance = np.abs(regular[:, None] - regular[None]).max(axis=2) + np.eye(len(regular))
+    assert distance.min() > 1e-6 and np.any(ends.kind == FAILED)
+
+
+def test_paths_that_were_given_up_reach_their_ends_on_the_ladder():
+    ends, used = track_all(total_degree(), Run(), Settings(ticks=30))
+    assert np.sum(ends.kind == REGULAR) == 70 and not np.any(ends.kind == FAILED) and used and not ends.why
