@@ -204,10 +204,15 @@ class _Curve:
         return np.asarray(self.u_of.replay([], list(points.T[: self.u_of.parameters]))["F"][0])
 
     def move(self, points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Points carried along a straight line; rows that are lost are NaN."""
+        """Points carried along a straight line, with more digits where they are lost; NaN where that fails too."""
         done = self.engine.track(points, end, start - end, settings=Settings())
-        lost = (done.status != REACHED) | (done.quality > LAST_STEP)
-        return np.where(lost[:, None], np.nan, done.x)
+        lost = np.flatnonzero((done.status != REACHED) | (done.quality > LAST_STEP))
+        if lost.size:
+            careful = Settings().tighter()
+            again = self.engine.track(points[lost], end, start - end, settings=careful, arithmetic="double-double")
+            good = (again.status == REACHED) & (again.quality < LAST_STEP)
+            done.x[lost] = np.where(good[:, None], again.x, np.nan)
+        return done.x
 
     def move_all(self, points: np.ndarray, target: np.ndarray, group: Group | None) -> tuple[np.ndarray, np.ndarray]:
         """Points of the base carried straight to a target (NaN where lost), and all that are known there.
