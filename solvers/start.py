@@ -16,7 +16,6 @@ from solvers.homotopy import Homotopy
 from solvers.system import System
 from solvers.tape import Builder
 
-
 #: Close to the target the start system is what is left, with a factor r that keeps all its digits: double precision
 #: follows a path to radii as small as roots of size a million with tenfold windings ask for.
 START_VANISHES = 1e-22

@@ -18,8 +18,8 @@ any of them can be chosen; the right sides are the unknowns k_M and k_N.
 
 and the other the same with b, w for a, z: 24 equations and unknowns, sixteen cubics and eight quadrics.  Generic
 points have 8652 roots: 1442 coupler curves, each drawn by the three four-bars of Roberts, each counted twice because
-its two dyads can change places (Wampler, Morgan, Sommese, Complete solution of the nine-point path synthesis problem for
-four-bar linkages, J. Mech. Des. 114(1), 1992).
+its two dyads can change places (Wampler, Morgan, Sommese, Complete solution of the nine-point path synthesis
+problem for four-bar linkages, J. Mech. Des. 114(1), 1992).
 """
 
 from __future__ import annotations

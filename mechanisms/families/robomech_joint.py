@@ -379,7 +379,7 @@ def _walls(x: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], ND
     LM must not become link 2 (nor NQ link 4), and r_H, r_G, r_I must not vanish: with H = K = A and G = B
     everything is satisfied, whatever the path, by link 5 lying on link 1.
     """
-    gaps = [([2, 3], None)]
+    gaps: list[tuple[list[int], int | None]] = [([2, 3], None)]
     for at in (4, 4 + OWN):
         gaps += [([at + 7, at + 8, at + 9, at + 10], at + 2), ([at + 4, at + 5], None)]
     values, slopes = np.zeros(len(gaps)), np.zeros((len(gaps), len(x)))
