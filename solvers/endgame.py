@@ -325,7 +325,8 @@ class _Walk:
         refined, errors = newton_double_double(self.equations, self.program, start, target)
         way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
         _, _, condition = newton_step(self.program, refined.hi, self.target, self.typical)
-        simple = (errors < QUADRATIC) & (way < AGREE) & (condition < HOPELESS)
+        # A limit is known to its rounding error, which is the larger the worse the condition.
+        simple = (errors < QUADRATIC) & (way < np.maximum(AGREE, 10 * ROUNDING * condition)) & (condition < HOPELESS)
         own = simple & close
         self.ends.condition[rows[own]] = condition[own]
         self.ends.x[rows[own]] = refined.hi[own]

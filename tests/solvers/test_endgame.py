@@ -6,6 +6,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.zoo import ZOO
 from solvers import System, solve
 from solvers.endgame import FAILED, REGULAR, Ends
 
@@ -113,6 +114,13 @@ def test_three_roots_too_close_for_doubles_are_told():
         assert solutions.ledger.balanced and len(solutions.singular) == 0
         assert len(solutions) + solutions.ledger.failed == 3
         assert solutions.complete == (len(solutions) == 3)
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_ill_conditioned_simple_roots_are_not_taken_for_singular(seed):
+    # Condition 3e9: the limit is known to six digits only, and double-double must be allowed to go that far.
+    solutions = solve(ZOO["chandra8"].build(), seed=seed, start="total-degree", certificates=False)
+    assert len(solutions) == 128 and len(solutions.singular) == 0 and solutions.ledger.failed == 0
 
 
 # -- the origin, far out, infinity ---------------------------------------------------------------------------
