@@ -29,7 +29,9 @@ def run(tmp_path_factory):
 
 
 @pytest.fixture
-def call(capsys):
+def call(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")  # whatever terminal the tests run in: narrow tables leave columns out
+
     def called(*arguments: str) -> tuple[int, str, str]:
         capsys.readouterr()
         code = main(list(arguments))
