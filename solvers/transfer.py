@@ -80,7 +80,7 @@ def _transfer(
     real = not np.any(np.iscomplex(known.parameters))
     fibre = waypoint(system, known, rng, run) if real else (known.parameters, known.points)
     homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
-    ends, rungs = track_all(homotopy, run, ladder=real or len(known) < SMALL)
+    ends, rungs = track_all(homotopy, run)
     ends = _padded(ends, len(known))
     _canonical(ends, group, values)
     if np.all(ends.kind != FAILED):
@@ -120,10 +120,6 @@ def _padded(ends: Ends, count: int) -> Ends:
         typical=ends.typical,
     )
     return whole
-
-
-#: With few roots the ladder is cheaper than a detour for all of them; with many it is the other way round.
-SMALL = 50
 
 
 def _line(fibre: tuple[np.ndarray, np.ndarray], values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
