@@ -15,7 +15,7 @@ from benchmarks.systems import trammel_seed, trammel_system
 from solvers import monodromy
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.reference import REACHED, Settings
-from solvers.ledger import pairs_of_equals
+from solvers.points import pairs_of_equals
 from solvers.tracking import engine_of
 
 

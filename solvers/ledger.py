@@ -17,6 +17,7 @@ import numpy as np
 
 from solvers.endgame import FAILED, REGULAR, Ends
 from solvers.local import ORIGIN
+from solvers.points import pairs_of_equals
 
 #: Two regular ends nearer than this, relative, or than their own uncertainty, are one root.
 SAME_ROOT = 1e-9
@@ -24,40 +25,6 @@ SAME_ROOT = 1e-9
 UNCERTAINTY = 2e-15
 #: Marks of two paths that agree to this precision, relative, are of one path.
 SAME_PATH = 1e-8
-
-
-def pairs_of_equals(
-    points: np.ndarray, tolerance: np.ndarray | float, seed: int = 0, floor: float = 1e-300
-) -> np.ndarray:
-    """Pairs (i, j), i < j, of points that agree within a relative tolerance, shape (pairs, 2).
-
-    Points smaller than `floor` are compared as if they were of that size: relative to itself nothing equals zero.
-    Points are sorted by a random real functional and compared in a sliding window, so the cost grows like
-    n log n and not like n².
-    """
-    count, size = points.shape
-    if count < 2:
-        return np.zeros((0, 2), np.int64)
-    scale = np.maximum(np.abs(points).max(axis=1), floor)
-    allowed = np.broadcast_to(np.asarray(tolerance, float), (count,)) * scale
-    rng = np.random.default_rng(seed + 4)
-    functional = rng.normal(size=size) + 1j * rng.normal(size=size)
-    functional /= np.abs(functional).sum()
-    key = (points @ functional).real
-    order = np.argsort(key, kind="stable")
-    sorted_key, reach = key[order], allowed.max() if np.ptp(allowed) == 0 else None
-    pairs = []
-    for shift in range(1, count):
-        near = sorted_key[shift:] - sorted_key[:-shift]
-        limit = reach if reach is not None else np.maximum(allowed[order[shift:]], allowed[order[:-shift]])
-        candidates = np.flatnonzero(near <= limit)
-        if not candidates.size:
-            break
-        i, j = order[candidates], order[candidates + shift]
-        distance = np.abs(points[i] - points[j]).max(axis=1)
-        close = distance <= np.maximum(allowed[i], allowed[j])
-        pairs.append(np.sort(np.stack([i[close], j[close]], axis=1), axis=1))
-    return np.concatenate(pairs) if pairs else np.zeros((0, 2), np.int64)
 
 
 def doubtful(ends: Ends) -> np.ndarray:

@@ -90,7 +90,7 @@ class _Search:
         """Carry all roots of a node to the other one along a fresh arc."""
         a, b = self.nodes[source], self.nodes[1 - source]
         before, points = len(b.roots), a.roots.points
-        bend = np.exp(1j * self.rng.uniform(0.3, np.pi - 0.3) * self.rng.choice([-1, 1]))
+        bend = random_bend(self.rng)
         ends = carry(self.engine, points, a.parameters, b.parameters, bend, self.jobs, self.backend, self.typical)
         self.tracked += len(points)
         self.lost += len(points) - len(ends)
@@ -104,6 +104,11 @@ class _Search:
         estimate = before * seen / recaptured if recaptured else np.inf
         self.history.append(Leg(len(points), len(ends), new, len(b.roots), float(max(estimate, len(b.roots)))))
         return self.history[-1]
+
+
+def random_bend(rng: np.random.Generator) -> complex:
+    """The bend of a random arc: of modulus one, and neither straight nor through infinity."""
+    return complex(np.exp(1j * rng.uniform(0.3, np.pi - 0.3) * rng.choice([-1, 1])))
 
 
 def carry(
@@ -387,8 +392,7 @@ class _Memory:
             self.search.history.append(Leg(carried, arrived, new, size, float(numbers[4])))
             self.search.tracked += int(numbers[0])
             self.search.lost += int(numbers[0] - numbers[1])
-            self.search.rng.uniform(0.3, np.pi - 0.3)
-            self.search.rng.choice([-1, 1])
+            random_bend(self.search.rng)  # the one that leg has used
 
     def keep(self) -> None:
         """Append the news of the last leg."""

@@ -69,7 +69,7 @@ class PointSet:
         new = np.flatnonzero(numbers < 0)
         if new.size:
             fresh = points[new]
-            first = first_of_equals(fresh, self.tolerance, self._functional)
+            first = first_of_equals(fresh, self.tolerance)
             own = first == np.arange(len(fresh))
             position = len(self.points) + np.cumsum(own) - 1
             numbers[new] = position[first]
@@ -80,22 +80,45 @@ class PointSet:
         return numbers
 
 
-def first_of_equals(points: np.ndarray, tolerance: float, functional: np.ndarray) -> np.ndarray:
-    """For each point the number of the first one equal to it, shape (n,)."""
-    keys = (points @ functional).real
-    order = np.argsort(keys, kind="stable")
-    reach = tolerance * np.abs(points).max(axis=1)
-    first = np.arange(len(points))
-    for shift in range(1, len(points)):
-        left, right = order[:-shift], order[shift:]
-        near = np.flatnonzero(keys[right] - keys[left] <= np.maximum(reach[left], reach[right]))
-        if not near.size:
+def pairs_of_equals(
+    points: np.ndarray, tolerance: np.ndarray | float, seed: int = 0, floor: float = 1e-300
+) -> np.ndarray:
+    """Pairs (i, j), i < j, of points that agree within a relative tolerance, shape (pairs, 2).
+
+    Points smaller than `floor` are compared as if they were of that size: relative to itself nothing equals zero.
+    Points are sorted by a random real functional and compared in a sliding window, so the cost grows like
+    n log n and not like n².
+    """
+    count, size = points.shape
+    if count < 2:
+        return np.zeros((0, 2), np.int64)
+    scale = np.maximum(np.abs(points).max(axis=1), floor)
+    allowed = np.broadcast_to(np.asarray(tolerance, float), (count,)) * scale
+    rng = np.random.default_rng(seed + 4)
+    functional = rng.normal(size=size) + 1j * rng.normal(size=size)
+    functional /= np.abs(functional).sum()
+    key = (points @ functional).real
+    order = np.argsort(key, kind="stable")
+    sorted_key, reach = key[order], allowed.max() if np.ptp(allowed) == 0 else None
+    pairs = []
+    for shift in range(1, count):
+        near = sorted_key[shift:] - sorted_key[:-shift]
+        limit = reach if reach is not None else np.maximum(allowed[order[shift:]], allowed[order[:-shift]])
+        candidates = np.flatnonzero(near <= limit)
+        if not candidates.size:
             break
-        left, right = left[near], right[near]
-        same = np.abs(points[left] - points[right]).max(axis=1) <= np.maximum(reach[left], reach[right])
-        for a, b in zip(left[same].tolist(), right[same].tolist()):
-            root = min(first[a], first[b])
-            first[a] = first[b] = root
+        i, j = order[candidates], order[candidates + shift]
+        distance = np.abs(points[i] - points[j]).max(axis=1)
+        close = distance <= np.maximum(allowed[i], allowed[j])
+        pairs.append(np.sort(np.stack([i[close], j[close]], axis=1), axis=1))
+    return np.concatenate(pairs) if pairs else np.zeros((0, 2), np.int64)
+
+
+def first_of_equals(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """For each point the number of the first one equal to it, shape (n,)."""
+    first = np.arange(len(points))
+    for a, b in pairs_of_equals(points, tolerance).tolist():
+        first[a] = first[b] = min(first[a], first[b])
     return first
 
 

@@ -107,7 +107,7 @@ class ToricPoints:
     def _solve(self, indices: np.ndarray) -> np.ndarray:
         """Track toric paths; failed and clashing ones climb a ladder of tighter steps."""
         from solvers.kernel.reference import REACHED, Settings
-        from solvers.ledger import pairs_of_equals
+        from solvers.points import pairs_of_equals
 
         ends = np.full((len(indices), len(self.cells.supports)), np.nan, np.complex128)
         doubtful = np.arange(len(indices))

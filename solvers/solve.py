@@ -10,8 +10,8 @@ import numpy as np
 from solvers.choose_start import choose_start
 from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
-from solvers.ledger import pairs_of_equals
 from solvers.local import magnitudes, relative_weights
+from solvers.points import pairs_of_equals
 from solvers.polyhedral import PolyhedralError
 from solvers.scaling import scales_of
 from solvers.shapes import check_shape, genuine, square_up

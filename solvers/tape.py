@@ -210,10 +210,6 @@ class Builder:
             self._constants[number] = node
         return node
 
-    def depends_on_unknowns(self, node: Node) -> bool:
-        """Whether any unknown enters the node."""
-        return bool(self._depends[node] & 1)
-
     # -- arithmetic -----------------------------------------------------------------------------------------
     def _make(self, op: int, a: Node, b: Node) -> Node:
         key = (op, a, b)

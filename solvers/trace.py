@@ -219,7 +219,7 @@ class _Curve:
 
         When paths are lost on the way the whole set goes again along arcs, until as many points are known.
         """
-        from solvers.monodromy import carry
+        from solvers.monodromy import carry, random_bend
 
         straight = self.move(points, self.base, target)
         known = PointSet(points.shape[1])
@@ -228,7 +228,7 @@ class _Curve:
         for _ in range(AGAIN):
             if len(known) >= len(points):
                 break
-            bend = np.exp(1j * self._rng.uniform(0.3, np.pi - 0.3) * self._rng.choice([-1, 1]))
+            bend = random_bend(self._rng)
             ends = carry(self.engine, points, self.base, target, bend, typical=self.typical)
             known.add(ends if group is None else group.representatives(ends, target))
         return straight, known.points

@@ -16,10 +16,10 @@ import numpy as np
 
 from solvers.endgame import FAILED, INFINITE, REGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
-from solvers.ledger import SAME_ROOT, UNCERTAINTY, clashing, pairs_of_equals, settle
+from solvers.ledger import SAME_ROOT, UNCERTAINTY, clashing, settle
 from solvers.local import ORIGIN
-from solvers.monodromy import carry
-from solvers.points import Group, PointSet
+from solvers.monodromy import carry, random_bend
+from solvers.points import Group, PointSet, pairs_of_equals
 from solvers.solutions import Solutions
 from solvers.system import System
 from solvers.tracking import Interrupted, Run, engine_of, track_all
@@ -168,7 +168,7 @@ def waypoint(system: System, known: Solutions, rng: np.random.Generator, run: Ru
     best: tuple[np.ndarray, np.ndarray] | None = None
     for _ in range(WAYPOINTS):
         place = size * (rng.normal(size=len(size)) + 1j * rng.normal(size=len(size))) / np.sqrt(2)
-        bend = np.exp(1j * rng.uniform(0.3, np.pi - 0.3) * rng.choice([-1, 1]))
+        bend = random_bend(rng)
         points = carry(engine, known.points, values, place, bend, run.jobs, run.backend, typical)
         distinct = PointSet(points.shape[1])
         distinct.add(points)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from benchmarks.zoo import ZOO
 from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, fingerprints
 from solvers.kernel.reference import Settings
-from solvers.ledger import clashing, climb, doubtful, pairs_of_equals, settle
+from solvers.ledger import clashing, climb, doubtful, settle
+from solvers.points import pairs_of_equals
 from solvers.solve import homotopy_for
 from solvers.tracking import Run, track_all
 

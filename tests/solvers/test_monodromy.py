@@ -13,7 +13,7 @@ import sympy
 from benchmarks.systems import trammel_seed, trammel_system
 from benchmarks.zoo import ZOO
 from solvers import InvalidSystem, System, monodromy, solve
-from solvers.ledger import pairs_of_equals
+from solvers.points import pairs_of_equals
 from solvers.store import RunFile
 from solvers.tracking import Interrupted
 

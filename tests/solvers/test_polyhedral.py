@@ -6,7 +6,7 @@ import sympy
 
 from benchmarks.zoo import ZOO
 from solvers.binomial import binomial_solutions
-from solvers.ledger import pairs_of_equals
+from solvers.points import pairs_of_equals
 from solvers.polyhedral import coefficient_program, heights_above, polyhedral, scaled_terms, toric_points
 from solvers.system import System, evaluate
 from solvers.tracking import Run, track_all

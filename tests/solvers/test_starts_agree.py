@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.zoo import ZOO
 from solvers import solve
-from solvers.ledger import pairs_of_equals
+from solvers.points import pairs_of_equals
 
 STARTS = ("total-degree", "multihomogeneous", "polyhedral")
 QUICK = ("watt2", "burmester", "noon3", "noon4", "eco5", "cyclic5", "katsura5", "chandra6", "fourbar5")

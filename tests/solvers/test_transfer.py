@@ -10,7 +10,7 @@ from benchmarks.systems import trammel_seed, trammel_system
 from solvers import InvalidSystem, Solutions, System, monodromy, solve
 from solvers.endgame import FAILED, REGULAR, SINGULAR, Ends
 from solvers.kernel.reference import Settings
-from solvers.ledger import pairs_of_equals
+from solvers.points import pairs_of_equals
 from solvers.solutions import Ledger, Singular
 from solvers.tracking import Interrupted, Run, track_all
 from solvers.transfer import fill_gaps, sweep, transfer
