@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -19,6 +20,12 @@ from solvers.kernel.reference import Settings
 from solvers.tape import Program
 
 Progress = Callable[[str, int, int], None]
+
+#: Paths that the last rung of the ladder takes on. It costs some hundred times as much as double precision, a second
+#: for a path; and when more paths than this are too ill-conditioned for 32 digits it is the equations that need help.
+FEW_PATHS = 32
+#: Its name in the ledger.
+LAST_RUNG = "in multiprecision"
 
 
 class Checkpoint(Protocol):
@@ -81,8 +88,11 @@ def track_all(
                 run.checkpoint.append(stage, number, _to_arrays(part))
             done += len(chunks[number])
             run.say(homotopy.name, done, homotopy.starts.count)
-        rungs = _rungs(engine, homotopy, settings) if ladder else iter(())
+        precise = _Precise(engine, homotopy, ends)
+        rungs = _rungs(engine, homotopy, settings, precise) if ladder else iter(())
         used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n))
+        if LAST_RUNG in used:
+            used[LAST_RUNG] = precise.tracked
     except KeyboardInterrupt:
         ledger.settle(ends)
         raise Interrupted(ends) from None
@@ -147,7 +157,7 @@ def _track_chunk(engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings
 
 
 def _rungs(
-    engine: Engine, homotopy: Homotopy, settings: Settings
+    engine: Engine, homotopy: Homotopy, settings: Settings, precise: _Precise
 ) -> Iterator[tuple[str, Callable[[np.ndarray], Ends]]]:
     """Ever more careful ways to track a path, however careless the first was."""
 
@@ -167,6 +177,38 @@ def _rungs(
     yield "with tighter steps", rung(tight, pivoted=True)
     yield "in double-double", rung(tight, arithmetic="double-double")
     yield "in double-double with tighter steps", rung(tight.tighter(), arithmetic="double-double")
+    # The precision of Arb numbers is one setting for all threads: nobody else may be at work.
+    if 0 < precise.wanted().size <= FEW_PATHS and threading.current_thread() is threading.main_thread():
+        yield LAST_RUNG, precise
+
+
+class _Precise:
+    """The last rung: 64 digits, for paths that were lost on their way.
+
+    A path that was seen at the first radius of the endgame and failed later is left alone: there a limit does not
+    settle, or paths are many to one end, and no number of digits helps.
+    """
+
+    def __init__(self, engine: Engine, homotopy: Homotopy, ends: Ends) -> None:
+        self.engine, self.homotopy, self.ends = engine, homotopy, ends
+        self.tracked = 0
+
+    def wanted(self) -> np.ndarray:
+        """Rows that need the digits."""
+        rows = ledger.doubtful(self.ends)
+        late = (self.ends.kind[rows] == FAILED) & np.isfinite(self.ends.mark[rows])
+        return np.asarray(rows[~late])
+
+    def __call__(self, rows: np.ndarray) -> Ends:
+        names = ("x", "kind", "winding", "condition", "mark")
+        kept = {name: getattr(self.ends, name)[rows] for name in names}
+        why = {k: self.ends.why[row] for k, row in enumerate(rows.tolist()) if row in self.ends.why}
+        part = Ends(**kept, ticks=np.zeros(len(rows), np.int64), why=why)
+        needed = np.flatnonzero(np.isin(rows, self.wanted()))
+        options = _Options(self.engine, {"arithmetic": "multiprecision"})
+        part.replace(needed, _track_chunk(options, self.homotopy, rows[needed], Settings()))  # type: ignore[arg-type]
+        self.tracked += len(needed)
+        return part
 
 
 class _Options:

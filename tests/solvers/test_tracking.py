@@ -1,17 +1,23 @@
 """Chunks, the run file and the ladder round a homotopy."""
 
+import json
+import threading
+from fractions import Fraction
+from pathlib import Path
+
 import numpy as np
 import pytest
 import sympy
 
 from benchmarks.zoo import ZOO
-from solvers import System
+from solvers import System, tracking
 from solvers.endgame import FAILED, REGULAR
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.reference import Settings
 from solvers.solve import homotopy_for
 from solvers.store import RunFile
-from solvers.tracking import Interrupted, Run, digest, track_all
+from solvers.tape import Program
+from solvers.tracking import LAST_RUNG, Interrupted, Run, digest, track_all
 
 x, y, a = sympy.symbols("x y a")
 
@@ -131,3 +137,60 @@ def test_interrupted_on_the_ladder_no_root_counts_twice():
 def test_paths_that_were_given_up_reach_their_ends_on_the_ladder():
     ends, used = track_all(total_degree(), Run(), Settings(ticks=30))
     assert np.sum(ends.kind == REGULAR) == 70 and not np.any(ends.kind == FAILED) and used and not ends.why
+
+
+# -- the last rung -------------------------------------------------------------------------------------------
+
+
+def beyond_double_double():
+    """The homotopy of a nasty path that needs 64 digits, and its ends."""
+    data = json.loads((Path(__file__).parent / "nasty" / "multiplied_out_past_infinity.json").read_text())
+    given = data["program"]
+    program = Program(
+        unknowns=given["unknowns"],
+        parameters=given["parameters"],
+        constants=tuple((Fraction(a), Fraction(b)) for a, b in given["constants"]),
+        code=np.array(given["code"], np.int32),
+        outputs={"F": np.array(given["equations"], np.int32)},
+    )
+    start, base, direction, end = (np.array(data[name]) @ [1, 1j] for name in ("start", "base", "direction", "end"))
+    return parameter_homotopy(program, base + direction, base, start), end
+
+
+def test_what_double_double_cannot_follow_is_tracked_with_64_digits():
+    homotopy, expected = beyond_double_double()
+    ends, used = track_all(homotopy, Run())
+    assert used["in double-double with tighter steps"] == used[LAST_RUNG] == len(expected)
+    assert np.all(ends.kind == REGULAR) and not ends.why
+    assert np.abs(ends.x - expected).max() < 1e-12
+
+
+def test_too_many_paths_are_not_taken_to_the_last_rung(monkeypatch):
+    monkeypatch.setattr(tracking, "FEW_PATHS", 3)
+    homotopy, expected = beyond_double_double()
+    ends, used = track_all(homotopy, Run())
+    assert LAST_RUNG not in used and sorted(ends.why) == list(range(len(expected)))
+    assert np.all(ends.kind == FAILED)
+
+
+def test_the_last_rung_is_climbed_in_the_main_thread_only():
+    homotopy, _ = beyond_double_double()
+    results = []
+    worker = threading.Thread(target=lambda: results.append(track_all(homotopy, Run())))
+    worker.start()
+    worker.join()
+    ((ends, used),) = results
+    assert LAST_RUNG not in used and np.all(ends.kind == FAILED)
+
+
+def test_ends_that_do_not_settle_are_left_alone_on_the_last_rung():
+    # A path that was seen at the first radius and failed later has no limit that more digits would show.
+    homotopy, expected = beyond_double_double()
+    ends, _ = track_all(homotopy, Run(), ladder=False)
+    ends.mark[2] = 1 + 2j
+    ends.why[2] = "undecided"
+    precise = tracking._Precise(tracking.engine_of(homotopy), homotopy, ends)
+    part = precise(np.arange(4))
+    assert precise.tracked == 3 and part.kind.tolist() == [REGULAR, REGULAR, FAILED, REGULAR]
+    assert part.why == {2: "undecided"} and part.ticks[2] == 0
+    assert np.abs(np.delete(part.x - expected, 2, axis=0)).max() < 1e-12
