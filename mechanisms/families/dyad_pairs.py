@@ -1,4 +1,4 @@
-"""Two dyads make a linkage of four links: four-bar, slider-crank, inverted slider-crank, double slider.
+"""Two dyads make a linkage of four links: four-bar, slider-crank, inverted slider-crank, double slider, Scotch yoke.
 
 The side that drives better is called the crank: fewer defects first, then a full turn, then the larger
 transmission angle.  Both sides stay inputs, so that the other choice is judged too.
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mechanisms.families.base import BODY, Candidate
 from mechanisms.families.motion_dyads import MotionDyad, Poses, grashof_type
+from mechanisms.families.parallelograms import fold_note, is_parallelogram, parallelogram_verdicts
 from mechanisms.fourbar import judge_four_bars
 from mechanisms.linkage import GROUND, Input, Linkage, Slider
 
@@ -27,12 +28,15 @@ KINDS = {
     ("RR", "RR"): "four-bar",
     ("RR", "PR"): "slider-crank",
     ("RR", "RP"): "inverted slider-crank",
+    ("RR", "PP"): "Scotch yoke",
     ("RP", "RP"): "double inverted slider",
     ("RP", "PR"): "slide and swinging block",
     ("PR", "PR"): "double slider",
 }
 #: Pivots nearer than this part of the poses' size coincide: the linkage is a pendulum.
 COINCIDE = 1e-9
+#: The bar of a Scotch yoke goes on beyond the poses by this part of the crank.
+BAR = 0.3
 #: Which kind of dyad is driven when the two differ.
 _DRIVEN_FIRST = ("RR", "RP", "PR", "PP")
 
@@ -50,7 +54,8 @@ def pair_linkage(
     Returns
     -------
     linkage : Linkage
-        Fixed pivots O1, O2, moving pivots A1, A2, body point P; links crank, coupler, follower.
+        Fixed pivots O1, O2, moving pivots A1, A2, body point P; links crank, coupler, follower. A point P in the
+        only pin of the coupler is that pin. The bar of a Scotch yoke goes from B to C.
     configurations : list of {link: rotation}
 
     Examples
@@ -78,15 +83,22 @@ def pair_linkage(
             sliders.append(Slider(GROUND, name, dyad.fixed, at=moving))
         if dyad.kind == "RP":
             sliders.append(Slider(name, "coupler", dyad.moving, at=fixed))
-        inputs[name] = Input(name, translation=dyad.kind == "PR")
+        if dyad.kind == "PP":  # a bar from B to C, guided at B, on which the body slides
+            points["B"], points["C"] = _bar(poses, crank, dyad.moving)
+            links[name] += ["B", "C"]
+            sliders.append(Slider(GROUND, name, dyad.fixed, at="B"))
+            sliders.append(Slider(name, "coupler", dyad.moving, at="A1"))
+        inputs[name] = Input(name, translation=dyad.kind[0] == "P")
         turns[name] = dyad.turns(poses)
-    points["P"] = complex(poses.points[0])
-    links["coupler"].append("P")
+    place = "A1" if links["coupler"] == ["A1"] and points["A1"] == poses.points[0] else "P"
+    if place == "P":
+        points["P"] = complex(poses.points[0])
+        links["coupler"].append("P")
     linkage = Linkage(
         points=points,
         links=links,
         sliders=sliders,
-        bodies={BODY: ("coupler", "P")},
+        bodies={BODY: ("coupler", place)},
         inputs=inputs,
         title=title,
         length_unit=length_unit,
@@ -94,6 +106,15 @@ def pair_linkage(
     turns["coupler"] = poses.angles
     order = ("crank", "coupler", "follower")
     return linkage, [{name: float(turns[name][pose]) for name in order} for pose in range(len(poses))]
+
+
+def _bar(poses: Poses, crank: MotionDyad, along: complex) -> tuple[complex, complex]:
+    """The ends of the bar of a Scotch yoke in pose 0, as long as the poses need; the first is nearer the crank."""
+    reach = ((poses.carry(crank.moving) - crank.moving) * along.conjugate()).real
+    more = BAR * crank.length
+    ends = [crank.moving + along * float(t) for t in (reach.min() - more, reach.max() + more)]
+    first, second = sorted(ends, key=lambda z: abs(z - crank.fixed))
+    return first, second
 
 
 def four_bar_verdicts(
@@ -119,7 +140,13 @@ def four_bar_verdicts(
         arms = poses.carry(tip) - pivot[:, None]
         rotations[:, :, column] = np.angle(arms / arms[:, :1])
     rotations[:, :, 1] = poses.angles
-    return judge_four_bars(joints, rotations, "crank"), judge_four_bars(joints, rotations, "follower")
+    first, second = judge_four_bars(joints, rotations, "crank"), judge_four_bars(joints, rotations, "follower")
+    change = is_parallelogram(poses, (o1, o2), (a1, a2))
+    if change.any():  # a linkage with a change point is not decided by those formulas
+        better = parallelogram_verdicts(poses, (o1, o2), (a1, a2))
+        for side in (first, second):
+            side |= {key: np.where(change, better[key], side[key]) for key in side}
+    return first, second
 
 
 def score(verdict: Mapping[str, Any]) -> Any:
@@ -159,7 +186,11 @@ def pair_candidate(
         return Candidate(root, parameters, reasons=("degenerate",), note=why, angles=angles, extra=more)
     kind = KINDS[crank.kind, follower.kind]
     words = kind
-    if kind == "four-bar":
+    pivots = (crank.fixed, follower.fixed), (crank.moving, follower.moving)
+    if kind == "four-bar" and is_parallelogram(poses, *pivots)[0]:
+        kind = "parallelogram"
+        words = f"parallelogram; {fold_note(poses, crank, follower)}"
+    elif kind == "four-bar":
         lengths = (
             abs(crank.fixed - follower.fixed),
             crank.length,
@@ -196,10 +227,10 @@ def _degenerate(poses: Poses, crank: MotionDyad, follower: MotionDyad) -> str:
     """Why two dyads make no linkage of four links, or nothing."""
     near = COINCIDE * poses.size
     for dyad in (crank, follower):
-        if dyad.kind == "PP":
-            return "two slides in series carry the body alone; no second dyad is needed"
         if dyad.length < near:
             return "a link without length: the body is pinned to the frame"
+    if "PP" in (crank.kind, follower.kind) and (crank.kind, follower.kind) not in KINDS:
+        return "crossed slides and another slide: no link turns, so that one slide would do"
     if crank.kind[0] == follower.kind[0] == "R" and abs(crank.fixed - follower.fixed) < near:
         return "both dyads turn about one fixed pivot, so that the linkage turns as a whole"
     if crank.kind[1] == follower.kind[1] == "R" and abs(crank.moving - follower.moving) < near:

@@ -10,6 +10,8 @@ four         a curve of them         the best pairs of points of the curve, or o
                                      pivots (`mechanisms.families.circle_points`)
 three, two   two or three free       the best pairs with pivots that are given, lie in given ranges, or
              numbers for each dyad   anywhere near the poses (`mechanisms.families.dyad_pools`)
+parallel     cranks of one vector    parallelograms, a Scotch yoke, or a slide and its crank
+             and crossed slides      (`mechanisms.families.translations`)
 with points  both together           all of them, when 2M + N numbers and those given make ten
                                      (`mechanisms.families.alt_burmester`)
 ===========  ======================  =========================================================================
@@ -33,8 +35,13 @@ from mechanisms.families.mixed_motion import SEQUENCE, check_mixed, is_mixed, mi
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import search_candidates
 from mechanisms.families.reality import real_roots
-from mechanisms.families.special_motions import refuse_special_motions, refuse_whole_families
+from mechanisms.families.special_motions import (
+    refuse_free_translations,
+    refuse_special_motions,
+    refuse_whole_families,
+)
 from mechanisms.families.tolerance import TRIALS, Tolerances, check_tolerances, tolerance_candidates
+from mechanisms.families.translations import Regions, translation_candidates
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
@@ -88,6 +95,7 @@ class FourBarMotion(Family):
         """Refuse motions that need no four-bar, and choices that the poses do not leave."""
         if is_mixed(task) or BODY not in task.poses:
             check_mixed(task)
+            refuse_free_translations(task)
             return
         if SEQUENCE in task.free:
             raise TaskError(f"{task.where}: free.{SEQUENCE}: poses are visited as they stand in the list; reorder it")
@@ -97,9 +105,9 @@ class FourBarMotion(Family):
         refuse_special_motions(task, poses)
         check_tolerances(task, len(poses), _TOLERANCES)
         chosen = [name for name in task.free if name not in {item.name for item in _TOLERANCES}]
-        if len(poses) == 5:
+        if len(poses) == 5 and not poses.parallel:
             refuse_whole_families(task, poses)
-        if len(poses) == 5 and chosen:
+        if len(poses) == 5 and not poses.parallel and chosen:
             raise TaskError(
                 f"{task.where}: free.{chosen[0]}: five poses determine every pivot; leave it out, or leave out a pose"
             )
@@ -117,7 +125,7 @@ class FourBarMotion(Family):
         if is_mixed(task):
             return mixed_problem(task)
         poses = Poses.of(task.poses[BODY])
-        if len(poses) < 5:
+        if len(poses) < 5 or poses.parallel:
             return None
         return Problem(
             burmester.projective_system(),
@@ -132,6 +140,8 @@ class FourBarMotion(Family):
         """What the poses leave open."""
         poses = len(task.poses[BODY])
         count = task.solve.get("samples", STATIONS if poses == 4 else SAMPLES)
+        if Poses.of(task.poses[BODY]).parallel and poses > 2:
+            return f"the body never turns: every crank has one vector, and its place is free; up to {count} were paired"
         left = {
             4: f"four poses leave a curve of dyads; up to {count} points of it were paired",
             3: f"three poses leave a plane of dyads; up to {count} for each side were paired",
@@ -155,7 +165,12 @@ class FourBarMotion(Family):
             return
         if progress is not None:
             progress("pairing dyads", 0.0)
-        yield from search_candidates(poses, *pools(task), task.constraints, task.title, task.length_unit)
+        names = task.title, task.length_unit
+        if len(poses) == 2 or not poses.parallel:
+            yield from search_candidates(poses, *pools(task), task.constraints, *names)
+        if poses.parallel:
+            samples = int(task.solve.get("samples", SAMPLES))
+            yield from translation_candidates(poses, _regions(task), task.constraints, samples, task.seed, *names)
 
 
 def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]:
@@ -190,8 +205,7 @@ def tolerances(task: Task) -> Tolerances | None:
 
 def pools(task: Task) -> tuple[DyadPool, DyadPool]:
     """The dyads that a task of two to four poses leaves for either side; one pool twice, if nothing is given."""
-    poses = Poses.of(task.poses[BODY])
-    regions = [(region_of(task, f"O{number}"), region_of(task, f"A{number}")) for number in (1, 2)]
+    poses, regions = Poses.of(task.poses[BODY]), _regions(task)
     if len(poses) == 4:
         try:
             curve = CircleCurve(poses)
@@ -221,6 +235,11 @@ def _check_number(task: Task, poses: Poses, number: int) -> None:
         CircleCurve(poses).at_station(task.free[f"dyad{number}"])
     except ValueError as error:
         raise TaskError(f"{place}: {error}") from None
+
+
+def _regions(task: Task) -> Regions:
+    first, second = ((region_of(task, f"O{number}"), region_of(task, f"A{number}")) for number in (1, 2))
+    return first, second
 
 
 def region_of(task: Task, pivot: str) -> Region:

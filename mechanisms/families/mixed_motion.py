@@ -51,12 +51,15 @@ def numbers_given(task: Task) -> dict[str, float]:
 
 
 def is_mixed(task: Task) -> bool:
-    """Whether a task needs the equations of both dyads: points, lengths, or a single coordinate of a pivot."""
+    """Whether a task needs the equations of both dyads: points, lengths, or a single coordinate of a pivot.
+
+    A number beside a range is no single coordinate: it puts the pivot on a line.
+    """
     if task.points.get(BODY) or any(name in task.free for name in LENGTHS):
         return True
     given = numbers_given(task)
     pivots = {name[:2] for name in given}
-    return any(f"{pivot}_{axis}" not in given for pivot in pivots for axis in "xy")
+    return any(f"{pivot}_{axis}" not in task.free for pivot in pivots for axis in "xy")
 
 
 def _counts(task: Task) -> tuple[int, int]:

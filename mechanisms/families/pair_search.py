@@ -29,8 +29,8 @@ KEEP, KEEP_DEFECTIVE = 8, 3
 SAME_CHOICE = 0.15
 #: Longest link over the shortest, beyond which a design is only kept for want of others.
 LINK_RATIO = 10.0
-#: Transmission angle, in degrees, that a compact design must have, if there is one.
-USEFUL = 30.0
+#: Transmission angle, in degrees, that a compact design must have, or this share of the best one if that is less.
+USEFUL, SHARE = 30.0, 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,8 @@ def search_candidates(
     angle, ratio = np.nan_to_num(best["min_transmission_deg"]), table.link_ratio
     limited = good & (ratio <= constraints.get("max_link_ratio", LINK_RATIO))
     chosen = limited if limited.any() else good
-    useful = chosen & (angle >= constraints.get("min_transmission_deg", USEFUL))
+    floor = min(USEFUL, SHARE * float(np.where(chosen, angle, 0.0).max(initial=0.0)))
+    useful = chosen & (angle >= constraints.get("min_transmission_deg", floor))
     useful = useful if useful.any() else chosen
     orders: list[tuple[str, NDArray[Any], int]]
     orders = [

@@ -1,15 +1,15 @@
-"""Motions so special that dyads come in whole families, or that need no linkage: refused with the reason."""
+"""Motions so special that dyads come in whole families, or that have or need no linkage: refused with the reason."""
 
 from __future__ import annotations
 
-import cmath
 from typing import Any
 
-from mechanisms.families.dyad_pools import third_point
-from mechanisms.families.motion_dyads import Poses, common_pole, tidy
+from mechanisms.families.base import BODY
+from mechanisms.families.motion_dyads import Poses, common_pole
+from mechanisms.families.translations import circle_of, line_of
 from mechanisms.task import Task, TaskError
 
-__all__ = ["refuse_special_motions", "refuse_whole_families"]
+__all__ = ["refuse_free_translations", "refuse_special_motions", "refuse_whole_families"]
 
 #: Four places lie on a circle when the imaginary part of their cross ratio is below this, relative.
 ON_CIRCLE = 1e-9
@@ -40,23 +40,24 @@ def _off_circle(places: Any) -> float:
     return float(ratio.imag / abs(ratio))
 
 
+def refuse_free_translations(task: Task) -> None:
+    """Single numbers that are given cannot make a parallelogram finite: its crank is determined, its place is free."""
+    if len(poses := task.poses[BODY]) > 2 and not task.points.get(BODY) and Poses.of(poses).parallel:
+        raise TaskError(
+            f"{task.where}: free: the body never turns, so that the poses determine the length and the turns of every "
+            f"crank and leave its place open; give pivots, by both coordinates or by ranges, and no lengths"
+        )
+
+
 def refuse_special_motions(task: Task, poses: Poses) -> None:
-    """Translations and pure rotations have whole families of dyads, or none; say what carries them instead."""
+    """Pure rotations need no linkage, and some translations have none; say what carries the body instead."""
     if len(poses) < 3:
         return
-    if poses.parallel:
-        circle = _circle(poses)
-        remedy = (
-            "no two pins hold it"
-            if circle is None
-            else (
-                f"so does a parallelogram whose links are parallel to the radius from ({circle[0].real:g}, "
-                f"{circle[0].imag:g}) to the reference point, and {circle[1]:g} long"
-            )
-        )
+    if poses.parallel and circle_of(poses) is None and line_of(poses) is None:
         raise TaskError(
-            f"{task.where}: poses: the body never turns; two crossed slides carry it, {remedy}; turn it in one of its "
-            f"poses"
+            f"{task.where}: poses: the body never turns, and its positions lie on no circle and no line, so that only "
+            f"two crossed slides with a drive for each carry it; turn it in one of its poses, leave out a pose, or "
+            f"give tolerances"
         )
     pole = common_pole(poses)
     if pole is not None:
@@ -64,12 +65,3 @@ def refuse_special_motions(task: Task, poses: Poses) -> None:
             f"{task.where}: poses: the body only turns about the point ({pole.real:g}, {pole.imag:g}); pin it "
             f"there, no linkage is needed"
         )
-
-
-def _circle(poses: Poses) -> tuple[complex, float] | None:
-    """Centre and radius of the circle through all positions; None if there is none."""
-    centre = complex(third_point(Poses(poses.points[:3], poses.angles[:3]), poses.points[0])[0])
-    radii = abs(poses.points - centre)
-    if not cmath.isfinite(centre) or float(max(radii) - min(radii)) > ON_CIRCLE * float(max(radii)):
-        return None
-    return tidy(centre, poses.size), float(radii[0])

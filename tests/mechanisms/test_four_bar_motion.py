@@ -73,8 +73,7 @@ def test_the_crank_is_the_side_that_drives_better():
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ([(0, 0, 10), (1, 0, 10), (2, 1, 10), (3, 5, 10), (4, 4, 10)], "no two pins hold it"),
-        ([(3, 0, 10), (0, 3, 10), (-3, 0, 10)], r"parallelogram .* from \(0, 0\) .* 3 long"),
+        ([(0, 0, 10), (1, 0, 10), (2, 1, 10), (3, 5, 10), (4, 4, 10)], "no circle and no line"),
         ([(1, 0, 0), (0, 1, 90), (-1, 0, 180), (0, -1, 270), (-0.6, 0.8, 126.86989764584402)], "pin it there"),
     ],
 )

@@ -182,3 +182,10 @@ def test_a_pivot_on_the_curve_is_the_nearest_to_the_one_given():
 def test_choices_that_the_poses_do_not_leave_are_refused(rows, free, words):
     with pytest.raises(TaskError, match=words):
         task(rows, free=free)
+
+
+def test_a_number_beside_a_range_puts_a_pivot_on_a_line():
+    free = {"O1_x": [-60, 60], "O1_y": -40, "O2_x": [0, 120], "O2_y": -40}
+    found = synthesize(task(LIFT[:3], free=free)).designs
+    pivots = [z for design in found for z in design.pivots.values()]
+    assert len(pivots) >= 4 and max(abs(z.imag + 40) for z in pivots) < 1e-9
