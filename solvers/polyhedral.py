@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,26 +45,65 @@ class PolyhedralError(ArithmeticError):
 
 
 @dataclass(eq=False)
+class Generic:
+    """All systems with the supports of some mixed cells: what does not depend on their coefficients.
+
+    Attributes
+    ----------
+    cells : MixedCells
+    """
+
+    cells: MixedCells
+
+    @cached_property
+    def program(self) -> Program:
+        """The equations; the parameters are the coefficients, one equation after another."""
+        return coefficient_program(self.cells.supports)
+
+    @cached_property
+    def heights(self) -> np.ndarray:
+        """How fast each coefficient vanishes on the toric paths of a cell, shape (cells, terms)."""
+        return heights_above(self.cells)
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Number of the first solution of each cell, shape (cells,)."""
+        return np.cumsum([0, *self.cells.volumes], dtype=np.int64)[: len(self.cells)]
+
+    @cached_property
+    def engine(self) -> Engine:
+        """Tracks these systems while their coefficients move."""
+        from solvers.kernel.engine import make_engine
+
+        program = self.program
+        builder = Builder(program.unknowns, program.parameters)
+        unknowns = [builder.unknown(k) for k in range(program.unknowns)]
+        parameters = [builder.parameter(k) for k in range(program.parameters)]
+        equations = program.embed(builder, unknowns, parameters)
+        angles = np.random.default_rng(1995).random((4, program.unknowns + program.parameters))
+        samples = np.exp(2j * np.pi * angles)
+        return make_engine(builder, equations, (samples[:, : program.unknowns], samples[:, program.unknowns :]))
+
+
+@dataclass(eq=False)
 class ToricPoints:
     """The solutions of a generic system with given supports, by number.
 
     Attributes
     ----------
-    cells : MixedCells
+    generic : Generic
     coefficients : ndarray, shape (terms,)
         Of all equations, one after another.
-    heights : ndarray, shape (cells, terms)
-        How fast each coefficient vanishes on the toric paths of a cell.
-    engine : Engine
-        Tracks the generic system; its parameters are the coefficients.
     """
 
-    cells: MixedCells
+    generic: Generic
     coefficients: np.ndarray
-    heights: np.ndarray
-    engine: Engine
-    _first: np.ndarray = field(repr=False)  # number of the first solution of each cell
     _kept: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def cells(self) -> MixedCells:
+        """The mixed cells that the solutions come from."""
+        return self.generic.cells
 
     @property
     def count(self) -> int:
@@ -85,14 +125,14 @@ class ToricPoints:
     def binomial_points(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where toric paths begin, and their heights: shapes (paths, unknowns) and (paths, terms)."""
         wanted = np.asarray(indices, np.int64)
-        cell_of = np.searchsorted(self._first, wanted, side="right") - 1
+        cell_of = np.searchsorted(self.generic.first, wanted, side="right") - 1
         points = np.empty((len(wanted), len(self.cells.supports)), np.complex128)
         for cell in np.unique(cell_of):
             here = cell_of == cell
             exponents, angles = self._binomials(int(cell))
             solutions = binomial_solutions(exponents, angles)
-            points[here] = solutions.points(wanted[here] - self._first[cell])
-        return points, self.heights[cell_of]
+            points[here] = solutions.points(wanted[here] - self.generic.first[cell])
+        return points, self.generic.heights[cell_of]
 
     def _binomials(self, cell: int) -> tuple[np.ndarray, np.ndarray]:
         """x^(b - a) = -c_a / c_b, as exponents and angles in turns."""
@@ -116,7 +156,7 @@ class ToricPoints:
             for first in range(0, len(doubtful), BATCH):
                 batch = doubtful[first : first + BATCH]
                 starts, heights = self.binomial_points(indices[batch])
-                tracked = self.engine.track(
+                tracked = self.generic.engine.track(
                     starts,
                     self.coefficients,
                     -heights,
@@ -186,7 +226,7 @@ def coefficient_program(supports: Sequence[np.ndarray]) -> Program:
     return builder.finish({"F": nodes})
 
 
-def toric_points(supports: Sequence[np.ndarray], seed: int = 0, cells: MixedCells | None = None) -> ToricPoints:
+def toric_points(supports: Sequence[np.ndarray], seed: int = 0, generic: Generic | None = None) -> ToricPoints:
     """The solutions of the generic system with these supports.
 
     Parameters
@@ -194,8 +234,8 @@ def toric_points(supports: Sequence[np.ndarray], seed: int = 0, cells: MixedCell
     supports : sequence of n integer arrays, each of shape (points, n)
         Sorted and without repetitions, as :class:`solvers.mixed_cells.MixedCells` holds them.
     seed : int
-    cells : MixedCells, optional
-        The mixed cells of these supports, if they are known.
+    generic : Generic, optional
+        If the mixed cells of these supports are known.
 
     Examples
     --------
@@ -203,21 +243,9 @@ def toric_points(supports: Sequence[np.ndarray], seed: int = 0, cells: MixedCell
     >>> toric_points([square, square]).points(np.arange(2)).shape
     (2, 2)
     """
-    from solvers.kernel.engine import make_engine
-
-    if cells is None:
-        cells = mixed_cells(supports, seed)
+    generic = generic or Generic(mixed_cells(supports, seed))
     rng = np.random.default_rng([seed, 1995])
-    coefficients = np.exp(2j * np.pi * rng.random(sum(map(len, supports))))
-    program = coefficient_program(cells.supports)
-    builder = Builder(program.unknowns, program.parameters)
-    unknowns = [builder.unknown(k) for k in range(program.unknowns)]
-    parameters = [builder.parameter(k) for k in range(program.parameters)]
-    equations = program.embed(builder, unknowns, parameters)
-    samples = np.exp(2j * np.pi * rng.random((4, program.unknowns)))
-    engine = make_engine(builder, equations, (samples, coefficients))
-    first = np.concatenate([[0], np.cumsum(cells.volumes)[:-1]]).astype(np.int64) if len(cells) else np.zeros(0)
-    return ToricPoints(cells, coefficients, heights_above(cells), engine, first)
+    return ToricPoints(generic, np.exp(2j * np.pi * rng.random(sum(map(len, supports)))))
 
 
 def polyhedral(
@@ -256,9 +284,11 @@ def polyhedral(
     Homotopy(polyhedral, 6 paths, 2 unknowns)
     """
     supports, targets = scaled_terms(system, values, unknown_scale, equation_scale, zeros)
-    starts = toric_points(supports, seed, cells)
+    key = ("generic", seed if cells is None else None, *(support.tobytes() for support in supports))
+    generic = system.once(key, lambda: Generic(cells or mixed_cells(supports, seed)))
+    starts = toric_points(supports, seed, generic)
     return Homotopy(
-        program=coefficient_program(supports),
+        program=generic.program,
         start=starts.coefficients,
         target=targets,
         starts=starts,

@@ -198,7 +198,7 @@ def _is_generic(known: Solutions) -> bool:
 def homotopy_for(system: System, values: np.ndarray, start: str, seed: int) -> Homotopy:
     """The homotopy that a start asks for."""
     choice = choose_start(system, values, start)
-    scales = scales_of(system, values)
+    scales = system.once(("scales", values.tobytes()), lambda: scales_of(system, values))
     return choice.homotopy(system, values, seed, scales.unknowns, scales.equations)
 
 
