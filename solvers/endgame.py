@@ -30,6 +30,9 @@ NAMES = ("finite", "singular", "at infinity", "failed")
 
 #: The first radius: beyond it, a path that has not arrived is looked at.
 FIRST_RADIUS = 0.01
+#: No loop is worth its cost at a larger radius than this: most paths that have not arrived are on a regular course
+#: past a branch point nearby; until then the radius shrinks in longer strides.
+FIRST_LOOP, STRIDE = 2e-4, 0.1
 #: Ratio of successive radii. Small enough that the error r^8 falls by a million between them.
 SHRINK = 0.2
 #: Corners of the loop.
@@ -71,6 +74,13 @@ HOPELESS = 1e13
 QUADRATIC = 1e-18
 #: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
 SETTLED = 0.15
+#: The way left to a regular end shrinks with the radius itself, that to a root with winding number m like r^(1/m):
+#: an exponent above this, between 1/2 and 1, says that no loop is needed …
+REGULAR_COURSE = 0.75
+#: … unless Newton's method has refused to go there so many times.
+REFUSALS = 4
+#: The way left is measured beside this part of the largest coordinate: one that goes to zero must not hide it.
+BESIDE = 1e-2
 
 
 @dataclass
@@ -159,11 +169,13 @@ def finish(
         there = newton(walk.program, points, target + radius * direction, walk.typical, steps=2)[0]
         ends.mark[rows] = fingerprints(there, ORIGIN * walk.typical)
     while rows.size and radius > smallest:
-        rows, points = walk.look(rows, points, radius)
+        if radius < FIRST_LOOP:
+            rows, points = walk.look(rows, points, radius)
         if not rows.size:
             break
-        rows, points = walk.advance(rows, points, radius, radius * SHRINK)
-        radius *= SHRINK
+        shrink = SHRINK if radius < FIRST_LOOP else STRIDE
+        rows, points = walk.advance(rows, points, radius, radius * shrink, shrink)
+        radius *= shrink
     for row in rows.tolist():
         ends.why[row] = f"undecided at r = {radius:.1e}: its limit does not settle in double precision"
     return ends
@@ -180,9 +192,13 @@ class _Walk:
         self.exponents = np.full((count, size), np.nan)
         self.mean = np.full((count, size + 1), np.nan + 0j)
         self.turns = np.zeros(count, np.int64)
+        self.way = np.full(count, np.nan)
+        self.refusals = np.zeros(count, np.int64)
 
     # -- on the real line -----------------------------------------------------------------------------------
-    def advance(self, rows: np.ndarray, points: np.ndarray, r: float, to: float) -> tuple[np.ndarray, np.ndarray]:
+    def advance(
+        self, rows: np.ndarray, points: np.ndarray, r: float, to: float, shrink: float = SHRINK
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Track to the next radius; a path whose step reaches r = 0 is done if its end is regular."""
         done = self.engine.track(points, self.target, self.direction, start=r, end=0.0, stop=to, settings=self.settings)
         self.ends.ticks[rows] += done.ticks
@@ -209,8 +225,15 @@ class _Walk:
             self.ends.why[int(row)] = f"{STATUS[status]} at r = {where:.3e}"
         self.ends.x[rows[lost]] = done.x[lost]
         rows, points, slope = rows[paused], done.x[paused], to * done.tangent[paused]
-        jumped = self._jump(rows, points, slope)
-        rows, points, slope = rows[~jumped], points[~jumped], slope[~jumped]
+        with np.errstate(all="ignore"):
+            largest = np.abs(points).max(axis=1, keepdims=True)
+            size = np.maximum(relative_weights(points, self.typical), BESIDE * largest)
+            way = (np.abs(slope) / size).max(axis=1, initial=0.0)
+        shorter = way < shrink**REGULAR_COURSE * self.way[rows]
+        self.way[rows] = way
+        stay = ~self._jump(rows, points, slope, way)
+        rows, points, slope = rows[stay], points[stay], slope[stay]
+        self.regular_course = shorter[stay] & (self.refusals[rows] < REFUSALS)
         with np.errstate(all="ignore"):
             exponents = (slope / points).real
         change = np.abs(exponents - self.exponents[rows]).max(axis=1)
@@ -219,11 +242,8 @@ class _Walk:
         self.exponents[rows] = exponents
         return rows, points
 
-    def _jump(self, rows: np.ndarray, points: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    def _jump(self, rows: np.ndarray, points: np.ndarray, slope: np.ndarray, way: np.ndarray) -> np.ndarray:
         """Go to r = 0 along the tangent where that is a short way and Newton's method confirms it strongly."""
-        weights = relative_weights(points, self.typical)
-        with np.errstate(all="ignore"):
-            way = (np.abs(slope) / weights).max(axis=1)
         near = np.flatnonzero(way < SHORT_WAY)
         jumped = np.zeros(len(rows), bool)
         if not near.size:
@@ -238,6 +258,7 @@ class _Walk:
         good = (sizes[0] < STRONG * way[near] + noise) & (sizes[1] < STRONG * sizes[0] + noise)
         good[good] = self._regular(rows[near[good]], x[good])
         jumped[near[good]] = True
+        self.refusals[rows[near[~good]]] += 1
         return jumped
 
     def _regular(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -254,7 +275,7 @@ class _Walk:
     # -- round the circle -----------------------------------------------------------------------------------
     def look(self, rows: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
         """Loop the paths whose exponents have settled; return those that stay undecided."""
-        ripe = np.flatnonzero(self.settled)
+        ripe = np.flatnonzero(self.settled & ~self.regular_course)
         decided = np.zeros(len(rows), bool)
         if ripe.size:
             turns, mean, order = self._loop(points[ripe], radius, rows[ripe])
