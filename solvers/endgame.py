@@ -43,6 +43,8 @@ LARGEST_WINDING = 24
 CLOSED = 1e-6
 #: Two radii agree on a limit to this precision, relative.
 AGREE = 1e-7
+#: With winding number m the distance from the limit falls like r^(k/m), k ≥ 1; at least like r^(NEARER/m) it must.
+NEARER = 0.5
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
 POLE = 1e-10
 #: How far out a direction is tried, and how well the highest terms must cancel there, relative.
@@ -192,6 +194,7 @@ class _Walk:
         self.exponents = np.full((count, size), np.nan)
         self.mean = np.full((count, size + 1), np.nan + 0j)
         self.turns = np.zeros(count, np.int64)
+        self.distance = np.full(count, np.nan)
         self.way = np.full(count, np.nan)
         self.refusals = np.zeros(count, np.int64)
 
@@ -278,12 +281,14 @@ class _Walk:
         ripe = np.flatnonzero(self.settled & ~self.regular_course)
         decided = np.zeros(len(rows), bool)
         if ripe.size:
-            turns, mean, order = self._loop(points[ripe], radius, rows[ripe])
+            turns, mean, distance, order = self._loop(points[ripe], radius, rows[ripe])
             known = self.mean[rows[ripe]]
             with np.errstate(all="ignore"):
                 agree = np.abs(mean - known).max(axis=1) < AGREE
-            agree &= (turns > 0) & (turns == self.turns[rows[ripe]])
-            self.mean[rows[ripe]], self.turns[rows[ripe]] = mean, turns
+                # The path must come nearer, too: the mean of a cluster may happen to be one of its roots.
+                nearer = distance < self.distance[rows[ripe]] * SHRINK ** (NEARER / np.maximum(turns, 1))
+            agree &= (turns > 0) & (turns == self.turns[rows[ripe]]) & (nearer | (distance < AGREE))
+            self.mean[rows[ripe]], self.turns[rows[ripe]], self.distance[rows[ripe]] = mean, turns, distance
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
             at_infinity[at_infinity] = self._is_infinite(mean[at_infinity, :-1])
             finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE)
@@ -365,8 +370,11 @@ class _Walk:
         residual = np.abs(F) / magnitudes(self.program, far, self.target)
         return residual.max(axis=1, initial=0.0) < HIGHEST_TERMS
 
-    def _loop(self, points: np.ndarray, radius: float, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Turns until closed (0: not closed), mean in the chart of the largest coordinate, order of the pole."""
+    def _loop(
+        self, points: np.ndarray, radius: float, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Loops round r = 0: turns until closed (0: not closed), and in the chart of the largest coordinate the
+        mean, the distance of the point from it, and the order of the pole."""
         count = len(points)
         pick = np.arange(count)
         chart = np.argmax(np.abs(_homogeneous(points)), axis=1)
@@ -406,7 +414,8 @@ class _Walk:
                 break
         mean = total / (CORNERS * np.maximum(turns, 1))[:, None]
         exponents = np.concatenate([self.exponents[rows], np.zeros((count, 1))], axis=1)
-        return turns, mean, np.rint(-exponents[pick, chart] * turns)
+        distance = np.abs(first - mean).max(axis=1)
+        return turns, mean, distance, np.rint(-exponents[pick, chart] * turns)
 
 
 def _homogeneous(x: np.ndarray) -> np.ndarray:
