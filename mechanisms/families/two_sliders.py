@@ -46,12 +46,14 @@ def slider_verdict(poses: Poses, driver: MotionDyad, other: MotionDyad) -> dict[
 
     Examples
     --------
-    A trammel of length one, whose body turns from 30 to 60 degrees:
+    A trammel whose pins slide on the axes, its bar at 30, 45 and 60 degrees from the x axis:
 
-    >>> poses = Poses.of([(0, 0, 30), (0.5 - 3**0.5 / 2, 0, 45), (0.2, 0.1, 60)])
-    >>> one, two = MotionDyad("PR", 1, 0j), MotionDyad("PR", 1j, 1)
-    >>> slider_verdict(poses, one, two)["same_branch"]
-    True
+    >>> rise = np.radians([30, 45, 60])
+    >>> poses = Poses(-np.cos(rise) + 0j, rise - rise[0])
+    >>> one, two = MotionDyad("PR", 1, complex(poses.points[0])), MotionDyad("PR", 1j, 0.5j)
+    >>> verdict = slider_verdict(poses, one, two)
+    >>> verdict["in_order"], round(verdict["min_transmission_deg"], 9)
+    (True, 30.0)
     """
     turns = np.exp(1j * poses.angles)
     if driver.kind == other.kind == "RP":
