@@ -13,21 +13,23 @@ full, and the trace test of :mod:`solvers.trace` passed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solvers import parallel
+from solvers.carry import carry
 from solvers.endgame import REGULAR, Ends
 from solvers.first_root import given_root, random_root
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
-from solvers.kernel.reference import REACHED, Settings
+from solvers.legs import Memory, Node, Search
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
 from solvers.tracking import Interrupted, engine_of
+
+if TYPE_CHECKING:
+    from solvers.trace import Trace
 
 #: Legs without news after which the trace test is asked.
 QUIET_LEGS = 3
@@ -36,105 +38,6 @@ QUIET_LEGS = 3
 MOST_TESTS = 6
 #: Legs after which the loops end, whatever has happened.
 MOST_LEGS = 200
-#: An end is a root when the last Newton step there is below this, relative …
-LAST_STEP = 1e-8
-#: … and no unknown is larger than this, in units of the seed's size: a relative test alone accepts diverging
-#: paths.
-LARGEST = 1e8
-
-
-@dataclass
-class Leg:
-    """What one leg has shown.
-
-    Attributes
-    ----------
-    carried, arrived, new : int
-        Paths tracked, roots found at the end, and how many of these were not known there.
-    known : int
-        Roots known at the end, afterwards.
-    estimate : float
-        Number of roots by capture and recapture.
-    """
-
-    carried: int
-    arrived: int
-    new: int
-    known: int
-    estimate: float
-
-
-@dataclass
-class _Node:
-    parameters: np.ndarray
-    roots: PointSet
-    legs: int = 0
-
-
-@dataclass
-class _Search:
-    """The state of a run: two nodes and the history of the legs."""
-
-    engine: Engine
-    nodes: list[_Node]
-    group: Group | None
-    rng: np.random.Generator
-    jobs: int
-    backend: str
-    typical: float
-    history: list[Leg] = field(default_factory=list)
-    tracked: int = 0
-    lost: int = 0
-
-    def leg(self, source: int) -> Leg:
-        """Carry all roots of a node to the other one along a fresh arc."""
-        a, b = self.nodes[source], self.nodes[1 - source]
-        before, points = len(b.roots), a.roots.points
-        bend = random_bend(self.rng)
-        ends = carry(self.engine, points, a.parameters, b.parameters, bend, self.jobs, self.backend, self.typical)
-        self.tracked += len(points)
-        self.lost += len(points) - len(ends)
-        if self.group is not None:
-            ends = self.group.representatives(ends, b.parameters)
-        known = b.roots.find(ends)
-        recaptured = len(np.unique(known[known >= 0]))
-        b.roots.add(ends)
-        new = len(b.roots) - before
-        seen = recaptured + new
-        estimate = before * seen / recaptured if recaptured else np.inf
-        self.history.append(Leg(len(points), len(ends), new, len(b.roots), float(max(estimate, len(b.roots)))))
-        return self.history[-1]
-
-
-def random_bend(rng: np.random.Generator) -> complex:
-    """The bend of a random arc: of modulus one, and neither straight nor through infinity."""
-    return complex(np.exp(1j * rng.uniform(0.3, np.pi - 0.3) * rng.choice([-1, 1])))
-
-
-def carry(
-    engine: Engine,
-    points: np.ndarray,
-    start: np.ndarray,
-    end: np.ndarray,
-    bend: complex,
-    jobs: int = 1,
-    backend: str = "threads",
-    typical: float = 1.0,
-) -> np.ndarray:
-    """Roots at `start` carried to `end` along an arc; those that arrive at a good root, in order."""
-    settings = Settings()
-
-    def chunk(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        done = engine.track(points[rows], end, start - end, kind="arc", bend=bend, settings=settings)
-        size = np.abs(done.x).max(axis=1)
-        good = (done.status == REACHED) & (done.quality < LAST_STEP) & (size < LARGEST * typical)
-        return done.x, good
-
-    chunks = parallel.cut(len(points))
-    results = dict(parallel.run(chunk, [(k, (rows,)) for k, rows in enumerate(chunks)], jobs, backend))
-    x = np.concatenate([results[k][0] for k in range(len(chunks))])
-    good = np.concatenate([results[k][1] for k in range(len(chunks))])
-    return x[good]
 
 
 def monodromy(
@@ -204,15 +107,15 @@ def monodromy(
         first = PointSet(columns)
         first.add(group.representatives(probe, nodes[0].parameters))
         nodes[0].roots = first
-    search = _Search(engine, nodes, group, rng, jobs, backend, typical)
+    search = Search(engine, nodes, group, rng, jobs, backend, typical)
     wanted = None if count is None else -(-count // (group.order if group else 1))
-    memory = _Memory(checkpoint, system, seed, search)
+    memory = Memory(checkpoint, system, seed, search)
     memory.recall()
     try:
-        passed, residual = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory)
-        return _result(system, search, group, wanted, passed, residual, seed, certificates)
+        test = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory)
+        return _result(system, search, group, wanted, test, seed, certificates)
     except KeyboardInterrupt:
-        solutions = _result(system, search, group, wanted, None, np.inf, seed, False)
+        solutions = _result(system, search, group, wanted, None, seed, False)
         if wanted is None or not solutions.complete:
             solutions.complete = False
             solutions.evidence += "; stopped by the user"
@@ -232,15 +135,17 @@ def _as_ends(points: np.ndarray) -> Ends:
 
 def _loop_until_complete(
     system: System,
-    search: _Search,
+    search: Search,
     wanted: int | None,
     trace: bool,
     invariant: Any,
     seed: int,
     progress: Callable[[str, int, int], None] | None,
-    memory: _Memory,
-) -> tuple[bool | None, float]:
-    quiet, tests, passed, residual = 0, 0, None, np.inf
+    memory: Memory,
+) -> Trace | None:
+    from solvers.trace import trace_test
+
+    quiet, tests, test = 0, 0, None
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
         leg = search.leg(source)
@@ -257,8 +162,6 @@ def _loop_until_complete(
             continue
         if not trace:
             break
-        from solvers.trace import trace_test
-
         node = search.nodes[0]
         test = trace_test(
             system,
@@ -270,25 +173,23 @@ def _loop_until_complete(
             group=search.group,
             progress=progress,
         )
-        passed, residual = test.passed, test.residual
         quiet = 0
         if len(test.extra):  # roots that the loops have missed are no reason to give up
             extra = test.extra if search.group is None else search.group.representatives(test.extra, node.parameters)
             node.roots.add(extra)
             continue
         tests += 1
-        if passed or tests == MOST_TESTS:
+        if test.passed or tests == MOST_TESTS:
             break
-    return passed, residual
+    return test
 
 
 def _result(
     system: System,
-    search: _Search,
+    search: Search,
     group: Group | None,
     wanted: int | None,
-    passed: bool | None,
-    residual: float,
+    test: Trace | None,
     seed: int,
     certificates: bool,
 ) -> Solutions:
@@ -311,9 +212,9 @@ def _result(
     evidence += f", capture–recapture estimate {estimate * order:.0f}"
     if group is not None:
         evidence += f", {len(representatives)} orbits of {order}"
-    if passed is not None:
-        evidence += f", trace test {'passed' if passed else 'failed'} (residual {residual:.1e})"
-    complete = passed
+    if test is not None:
+        evidence += f", {test}"
+    complete = None if test is None else test.passed
     if wanted is not None:
         complete = len(representatives) == wanted
         evidence += f", known count {wanted * order} {'reached' if complete else 'not reached'}"
@@ -345,7 +246,7 @@ def _result(
 
 def _prepare(
     system: System, start: tuple[Any, Any] | None, rng: np.random.Generator
-) -> tuple[Engine, list[_Node], float]:
+) -> tuple[Engine, list[Node], float]:
     """The engine, and two generic nodes, the first of which holds a few roots."""
     point, values = random_root(system, rng) if start is None else given_root(system, start)
     typical = float(max(np.abs(point).max(), 1e-300))
@@ -354,7 +255,7 @@ def _prepare(
     scale = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1.0))
     # Leave the seed: its parameters are special. A few tries, as the seed may be ill-conditioned.
     for _ in range(20):
-        nodes = [_Node(_gaussian(rng, scale), PointSet(columns, seed=k)) for k in range(2)]
+        nodes = [Node(_gaussian(rng, scale), PointSet(columns, seed=k)) for k in range(2)]
         bend = np.exp(1j * rng.uniform(0.3, 2.8))
         arrived = carry(engine, point, values, nodes[0].parameters, bend, typical=typical)
         if len(arrived):
@@ -365,46 +266,3 @@ def _prepare(
 
 def _gaussian(rng: np.random.Generator, scale: np.ndarray) -> np.ndarray:
     return scale * (rng.normal(size=len(scale)) + 1j * rng.normal(size=len(scale))) / np.sqrt(2)
-
-
-class _Memory:
-    """Known roots in the run file after each leg, so that a killed search goes on from there."""
-
-    def __init__(self, checkpoint: Any, system: System, seed: int, search: _Search) -> None:
-        self.checkpoint, self.search = checkpoint, search
-        if checkpoint is not None:
-            from solvers.tracking import digest
-
-            node = search.nodes[0]
-            first = node.roots.points[:1]
-            whole = parameter_homotopy(system.program, node.parameters, node.parameters, first, seed)
-            self.stage = f"monodromy {digest(whole)}"
-
-    def recall(self) -> None:
-        """Take up where an earlier run was stopped: same nodes, same random numbers, all legs it had finished."""
-        if self.checkpoint is None:
-            return
-        for _, kept in sorted(self.checkpoint.chunks(self.stage).items()):
-            node = self.search.nodes[int(kept["node"][0])]
-            node.roots.add(kept["points"])
-            numbers = kept["leg"]
-            carried, arrived, new, size = (int(v) for v in numbers[:4])
-            self.search.history.append(Leg(carried, arrived, new, size, float(numbers[4])))
-            self.search.tracked += int(numbers[0])
-            self.search.lost += int(numbers[0] - numbers[1])
-            random_bend(self.search.rng)  # the one that leg has used
-
-    def keep(self) -> None:
-        """Append the news of the last leg."""
-        if self.checkpoint is None:
-            return
-        leg = self.search.history[-1]
-        number = len(self.search.history) - 1
-        target = 1 - number % 2
-        roots = self.search.nodes[target].roots
-        arrays = {
-            "node": np.array([target], np.int64),
-            "points": roots.points[len(roots) - leg.new :],
-            "leg": np.array([leg.carried, leg.arrived, leg.new, leg.known, leg.estimate], np.float64),
-        }
-        self.checkpoint.append(self.stage, number, arrays)

@@ -3,10 +3,20 @@
 Let the parameters move on a line p + t·v. The roots trace a curve in the space of (x, t), and with u a function
 of x they draw a plane curve in (u, t). Cut it with the hyperbolas (t - τ)(u - c) = s. At s = 0 the hyperbola is a
 pair of lines: the line t = τ meets the curve in the roots that are wanted, the line u = c in some others, which
-are found by monodromy as τ, c and s move. As s alone moves at constant speed, the sums of u, of t and of ut over
-all the points move at constant speed too, and over no proper part of them do (Leykin, Rodriguez, Sottile, "Trace
-test", *Arnold Math. J.* 4, 2018; Brake, Hauenstein, Liddell, *Numer. Algorithms* for the multihomogeneous case).
-One missing point shows: its own second difference is the defect.
+are found by monodromy. As s alone moves at constant speed, the sums of u, of t and of ut over all the points move
+at constant speed too, and over no proper part of them do (Leykin, Rodriguez, Sottile, "Trace test", *Arnold Math.
+J.* 4, 2018; Brake, Hauenstein, Liddell, *Numer. Algorithms* for the multihomogeneous case). One missing point
+shows: its own second difference is the defect.
+
+All parameters move, in a random direction: over such a line roots hang together that hang together at all. If a
+single one moved the curve would have a lower degree, but it may fall apart, and a part of the roots pass. What u must
+do is tell the roots apart. A random combination of all unknowns does, but meets the curve in five times as many
+points as one of the unknowns; when there are many roots the first unknown is taken that tells those apart which are
+given. One root out of each pair with equal u could still pass for all, so the roots are first led round some
+loops, from which they must all come back to roots that were given.
+
+The points of the other line are looked for by loops that move the line p + t·v as well as the hyperbola. Loops of the
+hyperbola alone seldom come by the points that lie far out: after sixty legs some dozens of 23,000 were still missing.
 
 A complete hyperbola is carried back to the pair of lines at last. The points that come to the line t = τ are all the
 roots there are; the test passes only if they are the ones that were given.
@@ -20,33 +30,27 @@ from typing import Any
 
 import numpy as np
 
-from solvers.from_sympy import program_from_sympy
 from solvers.homotopy import parameter_homotopy
-from solvers.kernel.engine import Engine
-from solvers.kernel.reference import REACHED, Settings
+from solvers.legs import Node, Search
 from solvers.points import Group, PointSet
 from solvers.system import System
-from solvers.tape import Builder
+from solvers.trace_curve import Curve, gaussian, sizes
 from solvers.tracking import engine_of
 
 #: Residuals below this pass. Complete sets show about 1e-10, sets with a missing point about one over the square
 #: root of their size.
 PASS = 1e-6
-#: With no more roots than this all parameters move on the line, and u is a random combination of all unknowns. With
-#: more roots one parameter moves and u is the first unknown: the plane curve has a lower degree then, but may fall
-#: apart, or be run through twice, where the system falls apart; the test of a part of the roots can pass there, which
-#: loops of monodromy that have moved all parameters make unlikely when there are many roots.
-FEW_ROOTS = 24
-#: A point with t below this has come to the line t = 0.
-ON_THE_LINE = 1e-7
+#: Loops on which the roots must meet no others before the sums are asked: at least, at most, and as many as make so
+#: many paths. Each loop meets a missing root with a chance of about a half.
+LOOPS, LOOP_PATHS = (6, 20), 20_000
 #: Legs of monodromy for the points of the other line.
-MOST_LEGS = 60
-#: A point has arrived when the last Newton step is below this, relative.
-LAST_STEP = 1e-8
-#: Rounds along other arcs for points that were lost while s moved.
-AGAIN = 8
-#: Two quiet legs and a failed test so many times in a row end the search: points are missing for good.
-PATIENCE = 12
+MOST_LEGS = 80
+#: The sums are looked at after a leg with a smaller share of news than this: they cost less than another leg.
+NEARLY = 1e-3
+#: When they disagree after so many legs without any, the loops go on by way of another place.
+QUIET_LEGS = 2
+#: So many sums that disagree after quiet legs end the search: points are missing for good.
+PATIENCE = 6
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,8 @@ class Trace:
     extra : ndarray, shape (k, unknowns)
         Roots that were not among those given: the points of the hyperbola, carried back to the pair of lines,
         lead to all roots, and the test may have met more than it was given.
+    moved : str
+        What moved, and what u was, in words.
     """
 
     passed: bool
@@ -72,6 +78,11 @@ class Trace:
     points: int
     paths: int
     extra: np.ndarray
+    moved: str = ""
+
+    def __str__(self) -> str:
+        verdict = "passed" if self.passed else "failed"
+        return f"trace test {verdict} (residual {self.residual:.1e}, {self.points} points, {self.moved})"
 
 
 def trace_test(
@@ -102,167 +113,61 @@ def trace_test(
     -------
     Trace
     """
-    from solvers.monodromy import _Node, _Search
-
     if group is not None and invariant is None:
         roots, group = group.members(roots, parameters), None
     rng = np.random.default_rng([seed, 17])
-    curve = _Curve(system, parameters, roots, invariant, rng)
+    extra, paths = _round_loops(system, parameters, roots, group, rng, jobs)
+    if len(extra):
+        return Trace(False, float("inf"), 0, paths, extra, "loops of all parameters led to other roots")
+    curve = Curve(system, parameters, roots, invariant, rng)
     if group is not None:
         group = Group([curve.lift(generator) for generator in group.generators], curve.start[:1], curve.origin)
     first = curve.move(curve.start, curve.origin, curve.base)
     first = first[np.isfinite(first[:, 0])]
     columns = roots.shape[1] + 1
-    nodes = [_Node(place, PointSet(columns)) for place in (curve.base, curve.slice(1.0))]
+    nodes = [Node(place, PointSet(columns)) for place in (curve.base, curve.elsewhere())]
     nodes[0].roots.add(first if group is None else group.representatives(first, curve.base))
-    search = _Search(curve.engine, nodes, group, rng, jobs, "threads", curve.typical)
+    search = Search(curve.engine, nodes, group, rng, jobs, "threads", curve.typical, ladder=True)
     quiet = failures = 0
     residual = np.inf
     while len(search.history) < MOST_LEGS and failures < PATIENCE:
         leg = search.leg(len(search.history) % 2)
+        known = [len(node.roots) for node in nodes]
         if progress is not None:
-            progress("trace test", leg.known, max(leg.known, round(min(leg.estimate, 1e9))))
-        if len(search.history) % 2:
+            progress("trace test", max(known), max(max(known), round(min(leg.estimate, 1e9))))
+        quiet = 0 if leg.new or known[0] != known[1] else quiet + 1
+        if leg.new > NEARLY * leg.known or known[0] < known[1]:
             continue
-        # The points of the other line lie far and wide: each round goes by way of another hyperbola.
-        nodes[1] = _Node(curve.slice(10 ** rng.uniform(0.0, 3.0)), PointSet(columns))
-        quiet = quiet + 1 if leg.new == 0 else 0
-        if leg.new > 0.001 * leg.known:
-            continue
-        residual = curve.residual(nodes[0].roots.points, group)
+        residual = curve.residual(nodes[0].roots.points, group, jobs)
         if residual < PASS:
             break
-        failures += quiet > 0
-    passed, extra = residual < PASS, np.zeros((0, columns - 1))
-    if passed or len(roots) <= FEW_ROOTS:  # what was met is worth telling even if the sums do not agree
-        same, extra = curve.compare(nodes[0].roots.points, group)
-        passed = passed and same
-    return Trace(bool(passed), float(residual), len(nodes[0].roots), search.tracked, extra)
+        if quiet >= QUIET_LEGS:
+            failures, quiet = failures + 1, 0
+            nodes[1] = Node(curve.elsewhere(), PointSet(columns))
+    same, extra = curve.compare(nodes[0].roots.points, group, jobs)
+    passed = bool(residual < PASS and same)
+    return Trace(passed, float(residual), len(nodes[0].roots), paths + search.tracked, extra, curve.moved)
 
 
-class _Curve:
-    """The curve over a line of parameters, cut by hyperbolas: unknowns (x, t), parameters (τ, c, s)."""
-
-    def __init__(
-        self, system: System, parameters: np.ndarray, roots: np.ndarray, invariant: Any, rng: np.random.Generator
-    ) -> None:
-        n, m = roots.shape[1], len(parameters)
-        builder = Builder(n + 1, 3)
-        x, t = [builder.unknown(k) for k in range(n)], builder.unknown(n)
-        direction = np.zeros(m, np.complex128)
-        size = max(float(np.abs(parameters).max()), 1e-300)
-        moving = [rng.integers(m)] if len(roots) > FEW_ROOTS else slice(None)
-        direction[moving] = size * np.exp(2j * np.pi * rng.random(m))[moving]
-        self.parameters, self.direction = parameters, direction
-        values = []
-        for p, v in zip(parameters.tolist(), direction.tolist()):
-            node = builder.constant(p)
-            values.append(builder.add(node, builder.multiply(t, builder.constant(v))) if v else node)
-        equations = system.program.embed(builder, x, values)
-        # The unknowns as parameters: u may be rational in them, and must not lose its denominator.
-        self.u_of = program_from_sympy((invariant,), (), system.unknowns)[1] if invariant is not None else None
-        u, self.weights = x[0], np.eye(1, n, dtype=complex)[0]
-        if len(roots) <= FEW_ROOTS:
-            sizes = np.maximum(np.median(np.abs(roots), axis=0), 1e-6 * np.abs(roots).max())
-            self.weights = np.exp(2j * np.pi * rng.random(n)) / np.where(sizes > 0, sizes, 1.0)
-            u = builder.total(builder.multiply(builder.constant(w), x[k]) for k, w in enumerate(self.weights.tolist()))
-        if self.u_of is not None:
-            u = self.u_of.embed(builder, [], x)[0]
-        tau, c, s = (builder.parameter(k) for k in range(3))
-        hyperbola = builder.sub(builder.multiply(builder.sub(t, tau), builder.sub(u, c)), s)
-        program = builder.finish({"F": [*equations, hyperbola]})
-        heights = self.u(roots)
-        spread = float(np.median(np.abs(heights))) or 1.0
-
-        self._rng, self._sizes = rng, np.array([1.0, spread, spread])
-        self.start = np.concatenate([roots, np.zeros((len(roots), 1))], axis=1)
-        self.base = self.slice(0.5)
-        self.origin = np.array([0.0, self.slice(0.5)[1], 0.0], np.complex128)
-        self.step = 0.3 * self.slice(0.5)[2]
-        self.typical = float(np.abs(self.start).max())
-        self.engine: Engine = engine_of(parameter_homotopy(program, self.origin, self.base, self.start))
-
-    def lift(self, symmetry: Any) -> Any:
-        """A symmetry of the roots as one of the points (x, t)."""
-        n = self.start.shape[1] - 1
-
-        def lifted(points: np.ndarray, slices: np.ndarray) -> np.ndarray:
-            own = self.parameters + points[:, n:] * self.direction
-            return np.concatenate([symmetry(points[:, :n], own), points[:, n:]], axis=1)
-
-        return lifted
-
-    def slice(self, scale: float) -> np.ndarray:
-        """A random hyperbola (τ, c, s), of a size in proportion to the curve's."""
-        z = (self._rng.normal(size=3) + 1j * self._rng.normal(size=3)) / np.sqrt(2)
-        return np.asarray(scale * self._sizes * z)
-
-    def u(self, points: np.ndarray) -> np.ndarray:
-        """The function u at points (x, …)."""
-        if self.u_of is None:
-            return np.asarray(points[:, : len(self.weights)] @ self.weights)
-        return np.asarray(self.u_of.replay([], list(points.T[: self.u_of.parameters]))["F"][0])
-
-    def move(self, points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Points carried along a straight line, with more digits where they are lost; NaN where that fails too."""
-        done = self.engine.track(points, end, start - end, settings=Settings())
-        lost = np.flatnonzero((done.status != REACHED) | (done.quality > LAST_STEP))
-        if lost.size:
-            careful = Settings().tighter()
-            again = self.engine.track(points[lost], end, start - end, settings=careful, arithmetic="double-double")
-            good = (again.status == REACHED) & (again.quality < LAST_STEP)
-            done.x[lost] = np.where(good[:, None], again.x, np.nan)
-        return done.x
-
-    def move_all(self, points: np.ndarray, target: np.ndarray, group: Group | None) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the base carried straight to a target (NaN where lost), and all that are known there.
-
-        When paths are lost on the way the whole set goes again along arcs, until as many points are known.
-        """
-        from solvers.monodromy import carry, random_bend
-
-        straight = self.move(points, self.base, target)
-        known = PointSet(points.shape[1])
-        ends = straight[np.isfinite(straight[:, 0])]
-        known.add(ends if group is None else group.representatives(ends, target))
-        for _ in range(AGAIN):
-            if len(known) >= len(points):
-                break
-            bend = random_bend(self._rng)
-            ends = carry(self.engine, points, self.base, target, bend, typical=self.typical)
-            known.add(ends if group is None else group.representatives(ends, target))
-        return straight, known.points
-
-    def compare(self, points: np.ndarray, group: Group | None) -> tuple[bool, np.ndarray]:
-        """Whether the points of a complete hyperbola fall back to just the roots given; roots beyond them.
-
-        Monodromy finds the points of the hyperbola whether they belong to given roots or to others. Only when the
-        hyperbola has become the pair of lines again do they part: t = 0 on the one, u = c on the other.
-        """
-        _, ends = self.move_all(points, self.origin, group)
-        back = ends[np.abs(ends[:, -1]) < ON_THE_LINE]
-        given = PointSet(points.shape[1])
-        given.add(self.start if group is None else group.representatives(self.start, self.origin))
-        found = given.find(back)
-        whole = len(ends) == len(points) and len(np.unique(found[found >= 0])) == len(given)
-        return whole and bool(np.all(found >= 0)), back[found < 0, :-1]
-
-    def residual(self, points: np.ndarray, group: Group | None) -> float:
-        """Second differences of the sums of u, t and ut as s moves, beside those of single points."""
-        paired, sums = [self._heights(points)], [self._heights(points).sum(axis=1)]
-        for k in (1, 2):
-            target = self.base + np.array([0, 0, k * self.step])
-            straight, known = self.move_all(points, target, group)
-            paired.append(self._heights(straight))
-            if len(known) != len(points):
-                return float("inf")
-            sums.append(self._heights(known).sum(axis=1))
-        second = paired[0] - 2 * paired[1] + paired[2]
-        size = np.sqrt(np.nansum(np.abs(second) ** 2, axis=1))
-        defect = np.abs(sums[0] - 2 * sums[1] + sums[2])
-        return float((defect / np.maximum(size, 1e-300)).max())
-
-    def _heights(self, points: np.ndarray) -> np.ndarray:
-        """u, t and ut, shape (3, n)."""
-        u, t = self.u(points), points[:, -1]
-        return np.stack([u, t, u * t])
+def _round_loops(
+    system: System,
+    parameters: np.ndarray,
+    roots: np.ndarray,
+    group: Group | None,
+    rng: np.random.Generator,
+    jobs: int,
+) -> tuple[np.ndarray, int]:
+    """Roots beyond those given that loops of the parameters lead to, and the number of paths."""
+    columns = roots.shape[1]
+    known = PointSet(columns)
+    known.add(roots if group is None else group.representatives(roots, parameters))
+    given = len(known)
+    engine = engine_of(parameter_homotopy(system.program, parameters, parameters, roots))
+    nodes = [Node(parameters, known), Node(parameters, known)]
+    search = Search(engine, nodes, group, rng, jobs, "threads", float(np.abs(roots).max()), ladder=True)
+    loops = int(np.clip(LOOP_PATHS / (2 * given), *LOOPS))
+    while len(search.history) < 2 * loops and len(known) == given:
+        nodes[1] = Node(sizes(parameters) * gaussian(rng, len(parameters)), PointSet(columns))
+        search.leg(0)
+        search.leg(1)
+    return known.points[given:], search.tracked

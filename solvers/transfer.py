@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from solvers.carry import carry, random_bend
 from solvers.endgame import FAILED, INFINITE, REGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import SAME_ROOT, UNCERTAINTY, clashing, settle
 from solvers.local import ORIGIN
-from solvers.monodromy import carry, random_bend
 from solvers.points import Group, PointSet, pairs_of_equals
 from solvers.solutions import Solutions
 from solvers.system import System

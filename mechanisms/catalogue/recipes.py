@@ -32,6 +32,7 @@ SHIPPED = (
     "four-bar-path:8:g",
     "four-bar-path:7:y_N,g",
     "four-bar-path:6:y_M,y_N,g",
+    "alt-burmester:1:8",
     "alt-burmester:2:6",
     "alt-burmester:3:4",
     "alt-burmester:4:2",

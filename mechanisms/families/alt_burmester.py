@@ -206,10 +206,28 @@ def mixed_recipe(name: str, poses: str, points: str, names: str = "") -> Recipe:
         symmetry=() if given else (swap,),
         kept=DESIGN,
         restore=lambda kept, values: _with_turns(kept, values, m, n),
-        orbit=None if given else lambda found, values: np.stack([found, swap(found)]),
+        orbit=None if given else _cognates if m == 1 else lambda found, values: np.stack([found, swap(found)]),
         count=count,
         source=source if count else "",
     )
+
+
+def _cognates(found: NDArray[np.complex128], values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """One pose and eight points are the nine-point problem: three four-bars draw each curve, in two orders each.
+
+    Its unknowns are a = −G and z, and the turns are the same (`mechanisms.families.four_bar_curve`).
+    """
+    from mechanisms.families.four_bar_curve import cognate
+
+    def other(points: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        return cognate(points[:, order] * sign, values)[:, back] * sign[back]
+
+    order = np.array([2, 3, 0, 1, 6, 7, 4, 5, *range(DESIGN, found.shape[1])])
+    sign = np.where(np.isin(np.arange(found.shape[1]), (0, 1, 4, 5)), -1.0, 1.0)
+    back = np.argsort(order)
+    second = other(swap(found))
+    third = other(swap(second))
+    return np.stack([image for points in (found, second, third) for image in (points, swap(points))])
 
 
 def _with_turns(

@@ -217,7 +217,7 @@ def driver_first(poses: Poses, first: MotionDyad, second: MotionDyad) -> tuple[M
     ranks = [_DRIVEN_FIRST.index(dyad.kind) for dyad in (first, second)]
     if ranks[0] != ranks[1]:
         return (first, second) if ranks[0] < ranks[1] else (second, first)
-    if first.kind != "RR" or _degenerate(poses, first, second):
+    if first.kind != "RR" or _degenerate(poses, first, second):  # of two sliders the first was chosen to drive
         return first, second
     verdicts = four_bar_verdicts(poses, (first.fixed, second.fixed), (first.moving, second.moving))
     return (first, second) if score(verdicts[0])[0] >= score(verdicts[1])[0] else (second, first)

@@ -2,8 +2,11 @@
 
 - **Four poses** leave a curve of dyads: its points at equal steps, and the two sliders.
 - **Three poses** leave the moving pivot free, or the fixed one; either determines the other by two linear
-  equations, and Ball's points become a circle.
-- **Two poses** leave the moving pivot free and the fixed one on the perpendicular bisector of its two places.
+  equations, and Ball's points become a circle, as do the pivots of inverted sliders.
+- **Two poses** leave the moving pivot free and the fixed one on the perpendicular bisector of its two places; every
+  point may be that of a slider.
+
+Poses of an elliptic trammel, however many, have a circle of sliders too (Cardan), and those of its inversion.
 
 A pool is arrays; a slider stands in it as a very long link, which is how closed formulas can judge it.
 """
@@ -21,14 +24,18 @@ from numpy.typing import ArrayLike, NDArray
 from mechanisms.families.circle_points import CircleCurve, inverse_poses
 from mechanisms.families.motion_dyads import MotionDyad, Poses
 
-__all__ = ["DyadPool", "Region", "curve_pool", "sampled_pool", "third_point"]
+__all__ = ["DyadPool", "Region", "curve_pool", "sampled_pool", "sliders_of_circles", "third_point"]
 
 #: A slider's pivot is put this many sizes away: straight to 1e-4 of the size, rounded to 1e-8 of it.
 FAR = 1e4
 #: Without a region, pivots are looked for within this many sizes of the middle of the poses.
 REACH = 1.5
-#: Points on the circle of sliders of three poses.
+#: Points on the circle of sliders of three poses, and sliders of two poses.
 SLIDERS = 24
+#: Coefficients of the circle of sliders, of unit size, that are rounding.
+STRAIGHT = 1e-12
+#: A slider that misses its poses by more than this, in sizes of the task, is none.
+SLIDES = 1e-9
 
 Interval = tuple[float, float]
 
@@ -149,9 +156,11 @@ def curve_pool(curve: CircleCurve, count: int, fixed: Region, moving: Region) ->
         g, z = curve.dyads(circuit, circuit.stations(share))
         parts.append((g, z, 100.0 * (number + np.arange(share) / share)))
     g, z, station = (np.concatenate(column) for column in zip(*parts)) if parts else (np.zeros(0),) * 3
-    finite = np.isfinite(g) & np.isfinite(z)
+    finite = np.maximum(np.abs(g - curve.poses.points[0]), np.abs(z - curve.poses.points[0])) < FAR * curve.poses.size
     pool = DyadPool.of(g[finite], z[finite], dyad=station[finite])
-    return _inside(pool.with_sliders(curve.sliders(), curve.poses.size), fixed, moving)
+    sliders = sliders_of_circles(curve.poses)
+    sliders += [dyad for dyad in curve.sliders() if dyad.kind not in {slider.kind for slider in sliders}]
+    return _inside(pool.with_sliders(sliders, curve.poses.size), fixed, moving)
 
 
 def third_point(poses: Poses, moving: ArrayLike) -> NDArray[np.complex128]:
@@ -211,41 +220,75 @@ def sampled_pool(poses: Poses, count: int, fixed: Region, moving: Region, seed: 
     g, z = (chosen, other) if choose_fixed else (other, chosen)
     finite = np.isfinite(g) & np.isfinite(z)
     pool = DyadPool.of(g[finite], z[finite])
-    if region.point is None:
-        pool = pool.with_sliders(_sliders(poses, chosen[:SLIDERS], choose_fixed), poses.size)
-    return _inside(pool, fixed, moving)
+    sliders = []
+    for place, far, inverse in ((moving, fixed, False), (fixed, moving, True)):
+        if far.point is not None:  # that pivot of a slider is at infinity
+            continue
+        if place.point is not None:
+            spots = np.array([place.point])
+        elif len(poses) == 2:
+            spots = place.sample(unit[:SLIDERS], middle, REACH * poses.size)
+        else:
+            spots = _line_points(inverse_poses(poses) if inverse else poses, SLIDERS)
+        sliders += _sliders(poses, spots, inverse)
+    return _inside(pool.with_sliders(sliders, poses.size), fixed, moving)
 
 
-def _sliders(poses: Poses, chosen: NDArray[np.complex128], fixed: bool) -> list[MotionDyad]:
-    """PR dyads of chosen moving pivots, or RP dyads of fixed ones; three poses leave a circle of them."""
-    motion = inverse_poses(poses) if fixed else poses
-    if len(poses) == 3:
-        chosen = _line_points(motion, SLIDERS)
-    places = motion.carry(chosen)
-    way = places[:, 1] - places[:, 0]
+def sliders_of_circles(poses: Poses) -> list[MotionDyad]:
+    """Sliders of three or more poses that come in whole circles, `SLIDERS` of each circle.
+
+    Three poses have a circle of PR and one of RP; more have the former when an elliptic trammel takes them, the
+    latter when its inversion does.
+
+    Examples
+    --------
+    >>> len(sliders_of_circles(Poses.of([(0, 0, 0), (1, 0.5, 20), (2, 0.6, 60), (2.5, 0, 100)])))
+    0
+    """
     found = []
-    for pivot, line in zip(chosen, way):
-        if abs(line) > 1e-9 * poses.size:
-            unit = complex(line / abs(line))
-            found.append(MotionDyad("RP", complex(pivot), unit) if fixed else MotionDyad("PR", unit, complex(pivot)))
+    for motion, inverse in ((poses, False), (inverse_poses(poses), True)):
+        three = Poses(motion.points[:3], motion.angles[:3])
+        spots = _line_points(three, SLIDERS)
+        sliders = _sliders(poses, spots, inverse)
+        found += sliders if len(sliders) == len(spots) else []
+    return found
+
+
+def _sliders(poses: Poses, spots: NDArray[np.complex128], inverse: bool) -> list[MotionDyad]:
+    """PR dyads of moving pivots, or RP dyads of fixed ones, as far as there are any."""
+    places = (inverse_poses(poses) if inverse else poses).carry(spots)
+    found = []
+    for pivot, ways in zip(spots, places - places[:, :1]):
+        line = ways[int(np.abs(ways).argmax())]
+        if abs(line) < SLIDES * poses.size:
+            continue
+        unit = complex(line / abs(line))
+        dyad = MotionDyad("RP", complex(pivot), unit) if inverse else MotionDyad("PR", unit, complex(pivot))
+        if dyad.errors(poses).max() < SLIDES * (poses.size + abs(pivot - poses.points[0])):
+            found.append(dyad)
     return found
 
 
 def _line_points(poses: Poses, count: int) -> NDArray[np.complex128]:
-    """Points of the body whose three places lie on a line: a circle."""
-    (p1, p2), (a1, a2) = poses.moves[1:], np.exp(1j * poses.angles[1:]) - 1
+    """Points of the body whose three places lie on a line: a circle, or a line when two poses are parallel."""
+    (p1, p2), (a1, a2) = poses.moves[1:] / poses.size, np.exp(1j * poses.angles[1:]) - 1
     # Im(conj(p1 + a1 z)(p2 + a2 z)) = A|z|² + Re(B̄ z) + C = 0
     a = (np.conj(a1) * a2).imag
     b = 1j * (p1 * np.conj(a2)) - 1j * (np.conj(p2) * a1).conjugate()
     c = (np.conj(p1) * p2).imag
-    if abs(a) < 1e-12:
-        return np.zeros(0, complex)
-    centre = -b / (2 * a)
-    square = abs(centre) ** 2 - c / a
-    if square <= 0:
-        return np.zeros(0, complex)
-    turn = np.exp(2j * np.pi * np.arange(count) / count)
-    return poses.points[0] + centre + math.sqrt(square) * turn
+    steps = (np.arange(count) + 0.5) / count
+    if abs(a) < STRAIGHT:
+        if abs(b) < STRAIGHT:
+            return np.zeros(0, complex)
+        # a line: its points at equal steps of the angle seen from the size of the poses
+        spots = -c * b / abs(b) ** 2 + 1j * b / abs(b) * np.tan(np.pi * (steps - 0.5))
+    else:
+        centre = -b / (2 * a)
+        square = abs(centre) ** 2 - c / a
+        if square <= 0:
+            return np.zeros(0, complex)
+        spots = centre + math.sqrt(square) * np.exp(2j * np.pi * steps)
+    return np.asarray(poses.points[0] + poses.size * spots)
 
 
 def _inside(pool: DyadPool, fixed: Region, moving: Region) -> DyadPool:

@@ -30,7 +30,7 @@ from mechanisms.families import burmester
 from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
 from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import INPUTS, pair_candidates
-from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool
+from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool, sliders_of_circles
 from mechanisms.families.mixed_motion import SEQUENCE, check_mixed, is_mixed, mixed_candidates, mixed_problem
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import search_candidates
@@ -42,6 +42,7 @@ from mechanisms.families.special_motions import (
 )
 from mechanisms.families.tolerance import TRIALS, Tolerances, check_tolerances, tolerance_candidates
 from mechanisms.families.translations import Regions, translation_candidates
+from mechanisms.families.two_sliders import slider_pairs
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
@@ -183,16 +184,23 @@ def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]
             yield Candidate(root, reasons=("complex",), note="a dyad with complex pivots")
         elif (dyad := burmester.dyad_of_root(poses, point, root)) is not None:
             dyads.append(dyad)
-    if len(dyads) == 1:
+    circles = sliders_of_circles(poses)
+    if len(dyads) == 1 and not circles:
         yield Candidate(dyads[0].root, reasons=("degenerate",), note="the only real dyad has no partner")
     if len(solutions.singular):
         count = int(solutions.singular.multiplicity.sum())
         words = f"{count} paths end where dyads are double or fill a whole curve"
         yield Candidate(None, reasons=("degenerate",), note=words)
-    yield from pair_candidates(poses, dyads, task.title, task.length_unit)
+    names = task.title, task.length_unit
+    yield from pair_candidates(poses, dyads, *names)
+    if circles:
+        links = DyadPool.of([d.fixed for d in dyads if d.kind == "RR"], [d.moving for d in dyads if d.kind == "RR"])
+        pool = DyadPool.of([], []).with_sliders(circles, poses.size)
+        yield from search_candidates(poses, links, pool, task.constraints, *names)
+        yield from slider_pairs(poses, circles, circles, task.constraints, *names)
     if (zones := tolerances(task)) is not None:
         trials = int(task.solve.get("samples", TRIALS))
-        yield from tolerance_candidates(poses, zones, task.seed, task.constraints, task.title, task.length_unit, trials)
+        yield from tolerance_candidates(poses, zones, task.seed, task.constraints, *names, trials)
 
 
 def tolerances(task: Task) -> Tolerances | None:

@@ -1,7 +1,7 @@
 """The best pairs out of two pools of dyads, judged by closed formulas, all of them.
 
-Pairs of two sliders are left out: their links have no lengths to compare, so that they would win every search
-for a compact design.
+Pairs of two sliders are chosen apart (`mechanisms.families.two_sliders`): their links have no lengths to compare, so
+that they would win every search for a compact design.
 """
 
 from __future__ import annotations
@@ -18,13 +18,16 @@ from mechanisms.families.base import Candidate
 from mechanisms.families.dyad_pairs import both_sides, driver_first, four_bar_verdicts, pair_candidate
 from mechanisms.families.dyad_pools import FAR, DyadPool
 from mechanisms.families.motion_dyads import Poses
+from mechanisms.families.two_sliders import slider_pairs
 
 __all__ = ["PairTable", "judge_pairs", "search_candidates"]
 
 #: Pairs judged at once: some tens of megabytes.
 CHUNK = 50_000
-#: Designs kept, when many are free of defects and when none is.
-KEEP, KEEP_DEFECTIVE = 8, 3
+#: Designs kept of each aim, by the kind of the dyad that is not RR; and of all when none is free of defects.
+KEEP, KEEP_DEFECTIVE = {"RR": 3, "PR": 1, "RP": 1}, 3
+#: Pivots this many sizes apart are only kept for want of others.
+LARGE = 5.0
 #: Designs whose pivots are all nearer than this, in sizes of the task, are one choice.
 SAME_CHOICE = 0.15
 #: Longest link over the shortest, beyond which a design is only kept for want of others.
@@ -150,23 +153,26 @@ def search_candidates(
         good &= best["full_rotation"]
     share = float(good.sum() / max(1, possible.sum()))
     angle, ratio = np.nan_to_num(best["min_transmission_deg"]), table.link_ratio
+    extent = _extent(first, second)
     limited = good & (ratio <= constraints.get("max_link_ratio", LINK_RATIO))
-    chosen = limited if limited.any() else good
+    limited = limited if limited.any() else good
+    near = limited & (extent <= LARGE * poses.size)
+    chosen = near if near.any() else limited
     floor = min(USEFUL, SHARE * float(np.where(chosen, angle, 0.0).max(initial=0.0)))
     useful = chosen & (angle >= constraints.get("min_transmission_deg", floor))
     useful = useful if useful.any() else chosen
-    orders: list[tuple[str, NDArray[Any], int]]
-    orders = [
-        ("best in transmission angle", np.where(chosen, angle, -np.inf), KEEP // 2),
-        ("most compact", np.where(useful, -_extent(first, second), -np.inf), KEEP),
-    ]
+    orders: list[tuple[str, NDArray[Any], int]] = []
+    for kind, count in KEEP.items():
+        own = _with(first, second, kind)
+        orders.append(("best in transmission angle", np.where(chosen & own, angle, -np.inf), count))
+        orders.append(("most compact", np.where(useful & own, -extent, -np.inf), count))
     if not good.any():
         steps = sum(best[key].astype(float) for key in ("same_circuit", "same_branch", "in_order"))
         words = "no pair of these dyads is free of defects"
         orders = [(words, np.where(possible, 100 * steps - np.minimum(ratio, 99.0), -np.inf), KEEP_DEFECTIVE)]
     taken: list[NDArray[np.complex128]] = []
-    for words, value, until in orders:
-        for i, j in _picks(first, second, value, taken, until, SAME_CHOICE * poses.size):
+    for words, value, count in orders:
+        for i, j in _picks(first, second, value, taken, len(taken) + count, SAME_CHOICE * poses.size):
             pair = (first, i), (second, j)
             dyads = [pool.dyad(k) for pool, k in pair]
             if driver_first(poses, *dyads)[0] is dyads[1]:  # so that the marks bear the numbers of the pivots
@@ -179,6 +185,15 @@ def search_candidates(
             }
             extra = {**marks, "defect_free_share": share, "pairs": int(possible.sum())}
             yield pair_candidate(poses, dyads[0], dyads[1], title, length_unit, extra, words)
+    sliders = [[pool.dyad(int(k)) for k in np.flatnonzero(pool.kinds != "RR")] for pool in (first, second)]
+    one, other = (sliders[0], sliders[0]) if first is second else sliders
+    yield from slider_pairs(poses, one, other, constraints, title, length_unit)
+
+
+def _with(first: DyadPool, second: DyadPool, kind: str) -> NDArray[np.bool_]:
+    """The pairs of an RR dyad with one of a kind, (n, m)."""
+    one, other = first.kinds[:, None], second.kinds
+    return ((one == "RR") & (other == kind)) | ((one == kind) & (other == "RR"))
 
 
 def _extent(first: DyadPool, second: DyadPool) -> NDArray[np.float64]:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 import sympy
 
-from solvers import System, solve
+from solvers import System, monodromy, solve, trace_curve
+from solvers.kernel.engine import Engine
+from solvers.kernel.reference import STALLED
 from solvers.points import Group, PointSet
 from solvers.trace import trace_test
 
@@ -87,3 +89,69 @@ def test_orbits_are_tested_through_an_invariant():
             part = np.delete(orbits.points, missing, axis=0)
             assert not trace_test(system, values, part, seed, invariant=x**2 + y, group=group).passed
             assert not trace_test(system, values, part, seed, group=group).passed
+
+
+def test_many_roots_of_a_system_that_falls_apart_do_not_pass_in_part(monkeypatch):
+    # With a alone moving, the 25 roots with one value of y would be complete; with u = x they are in any case.
+    monkeypatch.setattr(trace_curve, "FEW_ROOTS", 24)
+    system = System([x**25 - a, y**2 - b], [x, y], [a, b])
+    values = np.array([1 + 0.3j, 2 - 0.5j])
+    powers = values[0] ** (1 / 25) * np.exp(2j * np.pi * np.arange(25) / 25)
+    half = np.stack([powers, np.full(25, np.sqrt(values[1]))], axis=1)
+    roots = np.concatenate([half, half * [1, -1]])
+    for seed in range(6):
+        test = trace_test(system, values, half, seed)
+        assert not test.passed and len(test.extra) > 0
+        assert trace_test(system, values, roots, seed).passed
+
+
+def test_u_is_the_first_unknown_that_tells_the_roots_apart(monkeypatch):
+    monkeypatch.setattr(trace_curve, "FEW_ROOTS", 24)
+    system = System([x**25 - a, y**2 - b - x], [x, y], [a, b])
+    values = np.array([1 + 0.3j, 2 - 0.5j])
+    powers = values[0] ** (1 / 25) * np.exp(2j * np.pi * np.arange(25) / 25)
+    roots = np.array([(p, s * np.sqrt(values[1] + p)) for p in powers for s in (1, -1)])
+    test = trace_test(system, values, roots)
+    assert test.passed and test.moved == "all parameters moved, u = y"
+    few = trace_test(*cubic_and_conic_case())
+    assert few.passed and few.moved == "all parameters moved, u = a combination of all unknowns"
+
+
+def cubic_and_conic_case():
+    system = cubic_and_conic()
+    return system, *generic(system)
+
+
+def test_lost_paths_of_the_test_are_tracked_again(monkeypatch):
+    # One path in ten gets lost in double precision; the ladder brings all of them home.
+    system = cubic_and_conic()
+    values, roots = generic(system)
+    rng = np.random.default_rng(0)
+    track, lost = Engine.track, []
+
+    def careless(self, points, *line, arithmetic="double", pivoted=False, **options):
+        done = track(self, points, *line, arithmetic=arithmetic, pivoted=pivoted, **options)
+        if arithmetic == "double" and not pivoted:
+            fails = rng.random(len(done.x)) < 0.1
+            done.status[fails] = STALLED
+            lost.append(fails.sum())
+        return done
+
+    monkeypatch.setattr(Engine, "track", careless)
+    for seed in range(5):
+        assert trace_test(system, values, roots, seed).passed
+    assert sum(lost) > 20
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("poses, points, extra", [(4, 2, 583), (3, 4, 3975), (2, 6, 23030)])
+def test_alt_burmester_sets_pass_on_every_seed(poses, points, extra, seed):
+    from mechanisms.families.alt_burmester import COUNTS, mixed_instance, mixed_system, swap
+
+    system = mixed_system(poses, points)
+    start = mixed_instance(poses, points, np.random.default_rng(5))
+    found = monodromy(system, 5, (swap,), start, count=COUNTS[poses, points])
+    test = trace_test(system, found.parameters, found.points, seed)
+    assert (test.passed, test.points) == (True, extra)
+    assert not trace_test(system, found.parameters, found.points[:-1], seed).passed
