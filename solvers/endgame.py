@@ -44,7 +44,7 @@ CLOSED = 1e-6
 #: Two radii agree on a limit to this precision, relative.
 AGREE = 1e-7
 #: With winding number m the distance from the limit falls like r^(k/m), k ≥ 1; at least like r^(NEARER/m) it must.
-NEARER = 0.5
+NEARER = 0.8
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
 POLE = 1e-10
 #: How far out a direction is tried, and how well the highest terms must cancel there, relative.
@@ -140,6 +140,7 @@ def finish(
     direction: np.ndarray,
     settings: Settings,
     smallest: float = 1e-13,
+    first_loop: float = FIRST_LOOP,
 ) -> Ends:
     """Track paths from r = 1 to their ends.
 
@@ -153,6 +154,8 @@ def finish(
     target, direction : ndarray, shape (parameters,)
     smallest : float
         The smallest radius at which the parameters can be told from the target's.
+    first_loop : float
+        The largest radius at which a loop is tried.
     """
     count = len(x)
     ends = Ends(
@@ -171,11 +174,11 @@ def finish(
         there = newton(walk.program, points, target + radius * direction, walk.typical, steps=2)[0]
         ends.mark[rows] = fingerprints(there, ORIGIN * walk.typical)
     while rows.size and radius > smallest:
-        if radius < FIRST_LOOP:
+        if radius < first_loop:
             rows, points = walk.look(rows, points, radius)
         if not rows.size:
             break
-        shrink = SHRINK if radius < FIRST_LOOP else STRIDE
+        shrink = SHRINK if radius < first_loop else STRIDE
         rows, points = walk.advance(rows, points, radius, radius * shrink, shrink)
         radius *= shrink
     for row in rows.tolist():
