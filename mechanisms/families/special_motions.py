@@ -6,6 +6,8 @@ from typing import Any
 
 from mechanisms.families.base import BODY
 from mechanisms.families.motion_dyads import Poses, common_pole
+from mechanisms.families.tolerance import tolerances_of
+from mechanisms.families.translation_fit import nearest_translation
 from mechanisms.families.translations import circle_of, line_of
 from mechanisms.task import Task, TaskError
 
@@ -54,11 +56,14 @@ def refuse_special_motions(task: Task, poses: Poses) -> None:
     if len(poses) < 3:
         return
     if poses.parallel and circle_of(poses) is None and line_of(poses) is None:
-        raise TaskError(
-            f"{task.where}: poses: the body never turns, and its positions lie on no circle and no line, so that only "
-            f"two crossed slides with a drive for each carry it; turn it in one of its poses, leave out a pose, or "
-            f"give tolerances"
-        )
+        zones = tolerances_of(task, len(poses))
+        if zones is None or nearest_translation(poses, zones) is None:
+            remedy = "give tolerances" if zones is None else "widen the tolerances"
+            raise TaskError(
+                f"{task.where}: poses: the body never turns, and its positions lie on no circle and no line, so that "
+                f"only two crossed slides with a drive for each carry it; turn it in one of its poses, leave out a "
+                f"pose, or {remedy}"
+            )
     pole = common_pole(poses)
     if pole is not None:
         raise TaskError(
