@@ -15,8 +15,8 @@ import numpy as np
 
 
 @dataclass(frozen=True, eq=False)
-class BinomialSolutions:
-    """The solutions of x^M = exp(2πi β).
+class Lattice:
+    """What the solutions of x^M = exp(2πi β) have in common for all β.
 
     Attributes
     ----------
@@ -26,18 +26,20 @@ class BinomialSolutions:
         ``count`` times the inverse of M, Python integers.
     radices : tuple of int
         Diagonal of the Hermite form: the digits of a solution's number.
-    base : ndarray, shape (n,)
-        M⁻¹ β in turns.
     """
 
     count: int
     adjugate: np.ndarray
     radices: tuple[int, ...]
-    base: np.ndarray
 
-    def points(self, indices: np.ndarray) -> np.ndarray:
-        """Solutions by number, shape (len(indices), n)."""
-        n = len(self.base)
+    @property
+    def inverse(self) -> np.ndarray:
+        """M⁻¹, shape (n, n): its product with β are the angles of solution 0, in turns."""
+        return self.adjugate.astype(np.float64) / self.count
+
+    def turns(self, indices: np.ndarray) -> np.ndarray:
+        """What the angles of solutions have beyond those of solution 0, in turns, shape (len(indices), n)."""
+        n = len(self.adjugate)
         small = self.count < 2**31 and max(map(abs, self.adjugate.ravel().tolist()), default=0) < 2**31
         dtype = np.int64 if small else object
         rest = np.array([int(k) for k in indices], dtype=dtype)
@@ -48,19 +50,16 @@ class BinomialSolutions:
                 digit = rest % radix
                 rest = rest // radix
                 turns = (turns + digit[:, None] * (adjugate[:, j] % self.count)[None, :]) % self.count
-        angles = self.base + turns.astype(np.float64) / float(self.count)
-        return np.exp(2j * np.pi * angles)
+        return turns.astype(np.float64) / float(self.count)
 
 
-def binomial_solutions(exponents: np.ndarray, angles: np.ndarray) -> BinomialSolutions:
-    """The solutions of the system ∏_j x_j^{M_ij} = exp(2πi β_i).
+def binomial_lattice(exponents: np.ndarray) -> Lattice:
+    """The lattice of the system ∏_j x_j^{M_ij} = exp(2πi β_i).
 
     Parameters
     ----------
     exponents : ndarray of int, shape (n, n)
         The matrix M, not singular.
-    angles : ndarray, shape (n,)
-        The angles β of the right-hand sides, in turns.
 
     Raises
     ------
@@ -69,7 +68,8 @@ def binomial_solutions(exponents: np.ndarray, angles: np.ndarray) -> BinomialSol
 
     Examples
     --------
-    >>> binomial_solutions(np.array([[2]]), np.array([0.5])).points(np.arange(2)).round(12).tolist()
+    >>> square = binomial_lattice(np.array([[2]]))  # x² = -1
+    >>> np.exp(2j * np.pi * (square.inverse @ [0.5] + square.turns(np.arange(2)))).round(12).tolist()
     [[1j], [(-0-1j)]]
     """
     import flint
@@ -84,5 +84,4 @@ def binomial_solutions(exponents: np.ndarray, angles: np.ndarray) -> BinomialSol
     adjugate = np.array([[int(v.p) * (count // int(v.q)) for v in row] for row in inverse], object).reshape(n, n)
     hermite = matrix.transpose().hnf()
     radices = tuple(abs(int(hermite[i, i])) for i in range(n))
-    base = adjugate.astype(np.float64) @ angles / count
-    return BinomialSolutions(count, adjugate, radices, base)
+    return Lattice(count, adjugate, radices)

@@ -21,7 +21,7 @@ from solvers.krawczyk import Boxes, Question, krawczyk_discs
 from solvers.krawczyk_arb import ArbBox, NotNearRoot, krawczyk_arb
 from solvers.reality import conjugation_order, is_real
 from solvers.system import System, differentiated
-from solvers.tape import Builder, Exact
+from solvers.tape import Builder, Exact, Program
 
 #: Points tested together; their intermediate results should stay in the processor's cache.
 CHUNK = 1024
@@ -184,9 +184,14 @@ def _read(system: System, solutions: Any, parameters: Any) -> tuple[np.ndarray, 
 
 
 def _question(system: System, parameters: tuple[Exact, ...]) -> Question:
-    builder = Builder(len(system.unknowns), len(system.parameters))
-    # Nothing moves: the derivative along velocities is left out.
-    return Question(system.program, differentiated(builder, system.embed(builder), moving=()), parameters)
+    def jacobian() -> Program:
+        builder = Builder(len(system.unknowns), len(system.parameters))
+        # Nothing moves: the derivative along velocities is left out.
+        return differentiated(builder, system.embed(builder), moving=())
+
+    return system.once(
+        ("question", parameters), lambda: Question(system.program, system.once("jacobian", jacobian), parameters)
+    )
 
 
 class _Work:

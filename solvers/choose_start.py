@@ -105,7 +105,7 @@ def choose_start(system: System, values: Any = None, start: Any = "auto") -> Cho
         structure = _structure(system, start)
         return Choice("linear-product", ChoiceGraph(structure).count, "with the structure given", structure=structure)
     if start == "auto":
-        return _automatic(system, values)
+        return system.once(("start", values.tobytes()), lambda: _automatic(system, values))
     if start == "total-degree":
         return Choice(start, system.bezout, "as asked for")
     if start == "multihomogeneous":

@@ -30,6 +30,9 @@ NAMES = ("finite", "singular", "at infinity", "failed")
 
 #: The first radius: beyond it, a path that has not arrived is looked at.
 FIRST_RADIUS = 0.01
+#: No loop is worth its cost at a larger radius than this: most paths that have not arrived are on a regular course
+#: past a branch point nearby; until then the radius shrinks in longer strides.
+FIRST_LOOP, STRIDE = 2e-4, 0.1
 #: Ratio of successive radii. Small enough that the error r^8 falls by a million between them.
 SHRINK = 0.2
 #: Corners of the loop.
@@ -40,6 +43,8 @@ LARGEST_WINDING = 24
 CLOSED = 1e-6
 #: Two radii agree on a limit to this precision, relative.
 AGREE = 1e-7
+#: With winding number m the distance from the limit falls like r^(k/m), k ≥ 1; at least like r^(NEARER/m) it must.
+NEARER = 0.8
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
 POLE = 1e-10
 #: How far out a direction is tried, and how well the highest terms must cancel there, relative.
@@ -71,6 +76,13 @@ HOPELESS = 1e13
 QUADRATIC = 1e-18
 #: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
 SETTLED = 0.15
+#: The way left to a regular end shrinks with the radius itself, that to a root with winding number m like r^(1/m):
+#: an exponent above this, between 1/2 and 1, says that no loop is needed …
+REGULAR_COURSE = 0.75
+#: … unless Newton's method has refused to go there so many times.
+REFUSALS = 4
+#: The way left is measured beside this part of the largest coordinate: one that goes to zero must not hide it.
+BESIDE = 1e-2
 
 
 @dataclass
@@ -128,6 +140,7 @@ def finish(
     direction: np.ndarray,
     settings: Settings,
     smallest: float = 1e-13,
+    first_loop: float = FIRST_LOOP,
 ) -> Ends:
     """Track paths from r = 1 to their ends.
 
@@ -141,6 +154,8 @@ def finish(
     target, direction : ndarray, shape (parameters,)
     smallest : float
         The smallest radius at which the parameters can be told from the target's.
+    first_loop : float
+        The largest radius at which a loop is tried.
     """
     count = len(x)
     ends = Ends(
@@ -159,11 +174,13 @@ def finish(
         there = newton(walk.program, points, target + radius * direction, walk.typical, steps=2)[0]
         ends.mark[rows] = fingerprints(there, ORIGIN * walk.typical)
     while rows.size and radius > smallest:
-        rows, points = walk.look(rows, points, radius)
+        if radius < first_loop:
+            rows, points = walk.look(rows, points, radius)
         if not rows.size:
             break
-        rows, points = walk.advance(rows, points, radius, radius * SHRINK)
-        radius *= SHRINK
+        shrink = SHRINK if radius < first_loop else STRIDE
+        rows, points = walk.advance(rows, points, radius, radius * shrink, shrink)
+        radius *= shrink
     for row in rows.tolist():
         ends.why[row] = f"undecided at r = {radius:.1e}: its limit does not settle in double precision"
     return ends
@@ -180,9 +197,14 @@ class _Walk:
         self.exponents = np.full((count, size), np.nan)
         self.mean = np.full((count, size + 1), np.nan + 0j)
         self.turns = np.zeros(count, np.int64)
+        self.distance = np.full(count, np.nan)
+        self.way = np.full(count, np.nan)
+        self.refusals = np.zeros(count, np.int64)
 
     # -- on the real line -----------------------------------------------------------------------------------
-    def advance(self, rows: np.ndarray, points: np.ndarray, r: float, to: float) -> tuple[np.ndarray, np.ndarray]:
+    def advance(
+        self, rows: np.ndarray, points: np.ndarray, r: float, to: float, shrink: float = SHRINK
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Track to the next radius; a path whose step reaches r = 0 is done if its end is regular."""
         done = self.engine.track(points, self.target, self.direction, start=r, end=0.0, stop=to, settings=self.settings)
         self.ends.ticks[rows] += done.ticks
@@ -209,8 +231,15 @@ class _Walk:
             self.ends.why[int(row)] = f"{STATUS[status]} at r = {where:.3e}"
         self.ends.x[rows[lost]] = done.x[lost]
         rows, points, slope = rows[paused], done.x[paused], to * done.tangent[paused]
-        jumped = self._jump(rows, points, slope)
-        rows, points, slope = rows[~jumped], points[~jumped], slope[~jumped]
+        with np.errstate(all="ignore"):
+            largest = np.abs(points).max(axis=1, keepdims=True)
+            size = np.maximum(relative_weights(points, self.typical), BESIDE * largest)
+            way = (np.abs(slope) / size).max(axis=1, initial=0.0)
+        shorter = way < shrink**REGULAR_COURSE * self.way[rows]
+        self.way[rows] = way
+        stay = ~self._jump(rows, points, slope, way)
+        rows, points, slope = rows[stay], points[stay], slope[stay]
+        self.regular_course = shorter[stay] & (self.refusals[rows] < REFUSALS)
         with np.errstate(all="ignore"):
             exponents = (slope / points).real
         change = np.abs(exponents - self.exponents[rows]).max(axis=1)
@@ -219,11 +248,8 @@ class _Walk:
         self.exponents[rows] = exponents
         return rows, points
 
-    def _jump(self, rows: np.ndarray, points: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    def _jump(self, rows: np.ndarray, points: np.ndarray, slope: np.ndarray, way: np.ndarray) -> np.ndarray:
         """Go to r = 0 along the tangent where that is a short way and Newton's method confirms it strongly."""
-        weights = relative_weights(points, self.typical)
-        with np.errstate(all="ignore"):
-            way = (np.abs(slope) / weights).max(axis=1)
         near = np.flatnonzero(way < SHORT_WAY)
         jumped = np.zeros(len(rows), bool)
         if not near.size:
@@ -238,6 +264,7 @@ class _Walk:
         good = (sizes[0] < STRONG * way[near] + noise) & (sizes[1] < STRONG * sizes[0] + noise)
         good[good] = self._regular(rows[near[good]], x[good])
         jumped[near[good]] = True
+        self.refusals[rows[near[~good]]] += 1
         return jumped
 
     def _regular(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -254,15 +281,17 @@ class _Walk:
     # -- round the circle -----------------------------------------------------------------------------------
     def look(self, rows: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
         """Loop the paths whose exponents have settled; return those that stay undecided."""
-        ripe = np.flatnonzero(self.settled)
+        ripe = np.flatnonzero(self.settled & ~self.regular_course)
         decided = np.zeros(len(rows), bool)
         if ripe.size:
-            turns, mean, order = self._loop(points[ripe], radius, rows[ripe])
+            turns, mean, distance, order = self._loop(points[ripe], radius, rows[ripe])
             known = self.mean[rows[ripe]]
             with np.errstate(all="ignore"):
                 agree = np.abs(mean - known).max(axis=1) < AGREE
-            agree &= (turns > 0) & (turns == self.turns[rows[ripe]])
-            self.mean[rows[ripe]], self.turns[rows[ripe]] = mean, turns
+                # The path must come nearer, too: the mean of a cluster may happen to be one of its roots.
+                nearer = distance < self.distance[rows[ripe]] * SHRINK ** (NEARER / np.maximum(turns, 1))
+            agree &= (turns > 0) & (turns == self.turns[rows[ripe]]) & (nearer | (distance < AGREE))
+            self.mean[rows[ripe]], self.turns[rows[ripe]], self.distance[rows[ripe]] = mean, turns, distance
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
             at_infinity[at_infinity] = self._is_infinite(mean[at_infinity, :-1])
             finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE)
@@ -344,8 +373,11 @@ class _Walk:
         residual = np.abs(F) / magnitudes(self.program, far, self.target)
         return residual.max(axis=1, initial=0.0) < HIGHEST_TERMS
 
-    def _loop(self, points: np.ndarray, radius: float, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Turns until closed (0: not closed), mean in the chart of the largest coordinate, order of the pole."""
+    def _loop(
+        self, points: np.ndarray, radius: float, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Loops round r = 0: turns until closed (0: not closed), and in the chart of the largest coordinate the
+        mean, the distance of the point from it, and the order of the pole."""
         count = len(points)
         pick = np.arange(count)
         chart = np.argmax(np.abs(_homogeneous(points)), axis=1)
@@ -385,7 +417,8 @@ class _Walk:
                 break
         mean = total / (CORNERS * np.maximum(turns, 1))[:, None]
         exponents = np.concatenate([self.exponents[rows], np.zeros((count, 1))], axis=1)
-        return turns, mean, np.rint(-exponents[pick, chart] * turns)
+        distance = np.abs(first - mean).max(axis=1)
+        return turns, mean, distance, np.rint(-exponents[pick, chart] * turns)
 
 
 def _homogeneous(x: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers.arithmetic.discs import Disc, U, enclosures, gamma, magnitude, replay, up
+from solvers.replay import values
 from solvers.system import evaluate
 from solvers.tape import Exact, Program
 
@@ -149,14 +150,9 @@ def _newton(question: Question, points: np.ndarray) -> tuple[np.ndarray, np.ndar
             break
     near[todo] = False
     kept = np.flatnonzero(near)
-    F = np.column_stack(_columns(question.residual, x[kept], parameters))
+    F = values(question.residual, x[kept], parameters)
     x[kept] -= _apply(C[kept], F)
     return x, C, near
-
-
-def _columns(program: Program, x: np.ndarray, parameters: np.ndarray) -> list[np.ndarray]:
-    values = program.replay(list(x.T.copy()), list(parameters))["F"]
-    return [np.broadcast_to(value, (len(x),)) for value in values]
 
 
 def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:

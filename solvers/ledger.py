@@ -6,6 +6,9 @@ singular end or to infinity has been at its first radius, since these may rightl
 a jump from one path to another, the only way in which a root can go missing without a failure being seen. Clashing
 and failed paths climb a ladder: tighter steps, tighter still, double-double arithmetic. What fails on the last rung
 is reported, path by path, never dropped.
+
+Where every path of a complete start is tracked, those that wind m times round a singular end come m at a time: a
+number that is no multiple of m betrays a loop that was taken round too many roots, and its paths climb too.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.endgame import FAILED, REGULAR, Ends
+from solvers.endgame import FAILED, REGULAR, SINGULAR, Ends
 from solvers.local import ORIGIN
 from solvers.points import pairs_of_equals
 
@@ -25,12 +28,42 @@ SAME_ROOT = 1e-9
 UNCERTAINTY = 2e-15
 #: Marks of two paths that agree to this precision, relative, are of one path.
 SAME_PATH = 1e-8
+#: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
+#: μ-th root of the rounding error from any one path, and to about 1e-10 from the mean over its loops.
+SAME_SINGULAR = 1e-5
+#: Singular endpoints smaller than this part of the typical size are compared as if they were of that size: means
+#: over the loops round the origin are only known beside the loops.
+BESIDE_ZERO = 1e-4
 
 
-def doubtful(ends: Ends) -> np.ndarray:
-    """Rows to be tracked again: failed ones, and all members of a clash."""
+def doubtful(ends: Ends, complete: bool = False) -> np.ndarray:
+    """Rows to be tracked again: failed ones, all members of a clash, and cycles that are not whole.
+
+    The last only if the ends are `complete`: those of all paths of a start that has one for each root.
+    """
     failed = np.flatnonzero(ends.kind == FAILED)
-    return np.union1d(failed, clashing(ends))
+    rows = np.union1d(failed, clashing(ends))
+    return np.union1d(rows, _broken_cycles(ends)) if complete else rows
+
+
+def groups_of_singular(x: np.ndarray, typical: float) -> list[np.ndarray]:
+    """Singular ends that agree, as arrays of rows; `typical` is the size of the unknowns of the homotopy."""
+    label = np.arange(len(x))
+    for i, j in pairs_of_equals(x, SAME_SINGULAR, floor=max(BESIDE_ZERO * typical, 1e-300)).tolist():
+        label[label == label[j]] = label[i]
+    return [np.flatnonzero(label == name) for name in dict.fromkeys(label.tolist())]
+
+
+def _broken_cycles(ends: Ends) -> np.ndarray:
+    """Rows of singular ends with winding number m whose number is no multiple of m."""
+    rows = np.flatnonzero(ends.kind == SINGULAR)
+    broken = [np.zeros(0, np.int64)]
+    for group in groups_of_singular(ends.x[rows], ends.typical):
+        turns, counts = np.unique(ends.winding[rows[group]], return_counts=True)
+        for m, count in zip(turns.tolist(), counts.tolist()):
+            if m and count % m:
+                broken.append(rows[group[ends.winding[rows[group]] == m]])
+    return np.concatenate(broken)
 
 
 def clashing(ends: Ends) -> np.ndarray:
@@ -59,6 +92,7 @@ def climb(
     ends: Ends,
     rungs: Iterator[tuple[str, Callable[[np.ndarray], Ends]]],
     report: Callable[[str, int], Any] | None = None,
+    complete: bool = False,
 ) -> dict[str, int]:
     """Track doubtful paths again, one rung after the other, until nothing is doubtful.
 
@@ -71,6 +105,9 @@ def climb(
         Changed in place.
     rungs : iterator of (name, function)
         The function tracks the rows it is given and returns their ends.
+    report : callable (name, rows), optional
+    complete : bool
+        Whether these are all the paths of a start with one for each root.
 
     Returns
     -------
@@ -79,7 +116,7 @@ def climb(
     """
     used: dict[str, int] = {}
     for name, track in rungs:
-        rows = tried = doubtful(ends)
+        rows = tried = doubtful(ends, complete)
         if not rows.size:
             break
         while rows.size:
@@ -87,7 +124,7 @@ def climb(
             if report is not None:
                 report(name, len(rows))
             ends.replace(rows, track(rows))
-            rows = np.setdiff1d(doubtful(ends), tried)
+            rows = np.setdiff1d(doubtful(ends, complete), tried)
             tried = np.union1d(tried, rows)
     settle(ends)
     return used

@@ -6,8 +6,9 @@ import contextlib
 
 import numpy as np
 
+from solvers.replay import sizes
 from solvers.system import evaluate
-from solvers.tape import ADD, INV, MUL, NEG, SQR, SUB, Program
+from solvers.tape import Program
 
 #: Unknowns smaller than this part of the typical size are measured beside it: paths can end at 0.
 ORIGIN = 1e-8
@@ -87,18 +88,5 @@ def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray, typical:
     multiple of the rounding unit times this; unlike the largest entry of its gradient it does not vanish at a
     singular root.
     """
-    point, values = list(relative_weights(x, typical).T), list(np.abs(parameters))
-    slots = [*point, *values, *[0.0] * len(values), *np.abs(program.constant_values)]
-    for op, a, b, c in program.code.tolist():
-        if op in (ADD, SUB):
-            slots.append(slots[a] + slots[b])
-        elif op == NEG:
-            slots.append(slots[a])
-        elif op == INV:
-            slots.append(1 / np.maximum(slots[a], 1e-300))
-        elif op in (MUL, SQR):
-            slots.append(slots[a] * slots[a if op == SQR else b])
-        else:
-            slots.append(slots[a] * slots[b] + slots[c])
-    columns = [np.broadcast_to(slots[k], len(x)) for k in program.outputs["F"].tolist()]
-    return np.maximum(np.array(columns).T, 1e-300)
+    point = relative_weights(x, typical)
+    return np.maximum(sizes(program, point, np.abs(parameters)), 1e-300)

@@ -12,25 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from solvers.binomial import binomial_solutions
+from solvers.generic import KEPT, Generic
 from solvers.homotopy import Homotopy
 from solvers.mixed_cells import MixedCells, mixed_cells
 from solvers.supports import TERM_LIMIT, terms
 from solvers.system import System
-from solvers.tape import Builder, Program
-
-if TYPE_CHECKING:
-    from solvers.kernel.engine import Engine
 
 #: exp(-INVISIBLE): what is left of the largest term outside the binomials where a toric path begins. Newton's
 #: method takes the solution of the binomials to the path from there.
 INVISIBLE = 7.0
-#: Up to so many start points are kept in memory (and checked to be distinct); beyond, they are tracked on demand.
-KEPT = 1_000_000
 #: Toric paths tracked in one call: each brings a row of heights as long as the list of terms.
 BATCH = 8192
 #: Two start points nearer than this, relative, are the same: one of their paths has jumped.
@@ -49,21 +43,19 @@ class ToricPoints:
 
     Attributes
     ----------
-    cells : MixedCells
+    generic : Generic
     coefficients : ndarray, shape (terms,)
         Of all equations, one after another.
-    heights : ndarray, shape (cells, terms)
-        How fast each coefficient vanishes on the toric paths of a cell.
-    engine : Engine
-        Tracks the generic system; its parameters are the coefficients.
     """
 
-    cells: MixedCells
+    generic: Generic
     coefficients: np.ndarray
-    heights: np.ndarray
-    engine: Engine
-    _first: np.ndarray = field(repr=False)  # number of the first solution of each cell
     _kept: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def cells(self) -> MixedCells:
+        """The mixed cells that the solutions come from."""
+        return self.generic.cells
 
     @property
     def count(self) -> int:
@@ -85,24 +77,13 @@ class ToricPoints:
     def binomial_points(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where toric paths begin, and their heights: shapes (paths, unknowns) and (paths, terms)."""
         wanted = np.asarray(indices, np.int64)
-        cell_of = np.searchsorted(self._first, wanted, side="right") - 1
-        points = np.empty((len(wanted), len(self.cells.supports)), np.complex128)
-        for cell in np.unique(cell_of):
-            here = cell_of == cell
-            exponents, angles = self._binomials(int(cell))
-            solutions = binomial_solutions(exponents, angles)
-            points[here] = solutions.points(wanted[here] - self._first[cell])
-        return points, self.heights[cell_of]
-
-    def _binomials(self, cell: int) -> tuple[np.ndarray, np.ndarray]:
-        """x^(b - a) = -c_a / c_b, as exponents and angles in turns."""
-        exponents, angles, at = [], [], 0
-        for support, (a, b) in zip(self.cells.supports, self.cells.edges[cell]):
-            exponents.append(support[b] - support[a])
-            ratio = -self.coefficients[at + a] / self.coefficients[at + b]
-            angles.append(np.angle(ratio) / (2 * np.pi))
-            at += len(support)
-        return np.array(exponents), np.array(angles)
+        cell_of = self.generic.cell_of(wanted)
+        at = np.cumsum([0, *map(len, self.cells.supports[:-1])])
+        edges = self.coefficients[at[:, None] + self.cells.edges]
+        angles = np.angle(-edges[:, :, 0] / edges[:, :, 1]) / (2 * np.pi)
+        base = np.einsum("cij,cj->ci", self.generic.inverses, angles)
+        points = np.exp(2j * np.pi * (base[cell_of] + self.generic.turns(wanted, cell_of)))
+        return points, self.generic.heights[cell_of]
 
     def _solve(self, indices: np.ndarray) -> np.ndarray:
         """Track toric paths; failed and clashing ones climb a ladder of tighter steps."""
@@ -116,7 +97,7 @@ class ToricPoints:
             for first in range(0, len(doubtful), BATCH):
                 batch = doubtful[first : first + BATCH]
                 starts, heights = self.binomial_points(indices[batch])
-                tracked = self.engine.track(
+                tracked = self.generic.engine.track(
                     starts,
                     self.coefficients,
                     -heights,
@@ -139,54 +120,7 @@ class ToricPoints:
         )
 
 
-def heights_above(cells: MixedCells) -> np.ndarray:
-    """Heights of all points above each cell, the lowest one outside the edges being 1, shape (cells, terms).
-
-    The height of γ in support i is w(γ) + ⟨γ, η⟩ less its value on the edge, and zero on the edge. The mixed cells
-    are exact; for the speed of a path a rounded height is as good.
-    """
-    n = len(cells.supports)
-    first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
-    steps = np.empty((len(cells), n, n))
-    rise = np.empty((len(cells), n, 1))
-    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
-        steps[:, i] = support[last[:, i]] - support[first[:, i]]
-        rise[:, i, 0] = lifting[last[:, i]] - lifting[first[:, i]]
-    normals = -np.linalg.solve(steps, rise)[:, :, 0]
-    rows = []
-    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
-        level = lifting + normals @ support.T
-        here = np.arange(len(cells))
-        height = level - level[here, first[:, i]][:, None]
-        height[here, first[:, i]] = height[here, last[:, i]] = np.inf
-        rows.append(height)
-    heights = np.concatenate(rows, axis=1)
-    heights = heights / heights.min(axis=1, initial=np.inf)[:, None]
-    return np.where(np.isfinite(heights), heights, 0.0)
-
-
-def coefficient_program(supports: Sequence[np.ndarray]) -> Program:
-    """The program of a system whose parameters are all its coefficients, equation after equation.
-
-    Monomials are built by multiplying one unknown at a time, so that equations share what they have in common.
-    """
-    n = len(supports)
-    builder = Builder(n, sum(map(len, supports)))
-    nodes, at = [], 0
-    for support in supports:
-        total = builder.zero
-        for exponents in support.tolist():
-            monomial = builder.one
-            for k, power in enumerate(exponents):
-                if power:
-                    monomial = builder.multiply(monomial, builder.power(builder.unknown(k), power))
-            total = builder.add(total, builder.multiply(builder.parameter(at), monomial))
-            at += 1
-        nodes.append(total)
-    return builder.finish({"F": nodes})
-
-
-def toric_points(supports: Sequence[np.ndarray], seed: int = 0, cells: MixedCells | None = None) -> ToricPoints:
+def toric_points(supports: Sequence[np.ndarray], seed: int = 0, generic: Generic | None = None) -> ToricPoints:
     """The solutions of the generic system with these supports.
 
     Parameters
@@ -194,8 +128,8 @@ def toric_points(supports: Sequence[np.ndarray], seed: int = 0, cells: MixedCell
     supports : sequence of n integer arrays, each of shape (points, n)
         Sorted and without repetitions, as :class:`solvers.mixed_cells.MixedCells` holds them.
     seed : int
-    cells : MixedCells, optional
-        The mixed cells of these supports, if they are known.
+    generic : Generic, optional
+        If the mixed cells of these supports are known.
 
     Examples
     --------
@@ -203,21 +137,9 @@ def toric_points(supports: Sequence[np.ndarray], seed: int = 0, cells: MixedCell
     >>> toric_points([square, square]).points(np.arange(2)).shape
     (2, 2)
     """
-    from solvers.kernel.engine import make_engine
-
-    if cells is None:
-        cells = mixed_cells(supports, seed)
+    generic = generic or Generic(mixed_cells(supports, seed))
     rng = np.random.default_rng([seed, 1995])
-    coefficients = np.exp(2j * np.pi * rng.random(sum(map(len, supports))))
-    program = coefficient_program(cells.supports)
-    builder = Builder(program.unknowns, program.parameters)
-    unknowns = [builder.unknown(k) for k in range(program.unknowns)]
-    parameters = [builder.parameter(k) for k in range(program.parameters)]
-    equations = program.embed(builder, unknowns, parameters)
-    samples = np.exp(2j * np.pi * rng.random((4, program.unknowns)))
-    engine = make_engine(builder, equations, (samples, coefficients))
-    first = np.concatenate([[0], np.cumsum(cells.volumes)[:-1]]).astype(np.int64) if len(cells) else np.zeros(0)
-    return ToricPoints(cells, coefficients, heights_above(cells), engine, first)
+    return ToricPoints(generic, np.exp(2j * np.pi * rng.random(sum(map(len, supports)))))
 
 
 def polyhedral(
@@ -256,9 +178,11 @@ def polyhedral(
     Homotopy(polyhedral, 6 paths, 2 unknowns)
     """
     supports, targets = scaled_terms(system, values, unknown_scale, equation_scale, zeros)
-    starts = toric_points(supports, seed, cells)
+    key = ("generic", seed if cells is None else None, *(support.tobytes() for support in supports))
+    generic = system.once(key, lambda: Generic(cells or mixed_cells(supports, seed)))
+    starts = toric_points(supports, seed, generic)
     return Homotopy(
-        program=coefficient_program(supports),
+        program=generic.program,
         start=starts.coefficients,
         target=targets,
         starts=starts,

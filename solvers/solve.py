@@ -10,8 +10,8 @@ import numpy as np
 from solvers.choose_start import choose_start
 from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
+from solvers.ledger import groups_of_singular
 from solvers.local import magnitudes, relative_weights
-from solvers.points import pairs_of_equals
 from solvers.polyhedral import PolyhedralError
 from solvers.scaling import scales_of
 from solvers.shapes import check_shape, genuine, square_up
@@ -21,12 +21,6 @@ from solvers.tracking import Interrupted, Progress, Run, track_all
 from solvers.transfer import transfer
 
 STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
-#: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
-#: μ-th root of the rounding error from any one path, and to about 1e-10 from the mean over its loops.
-SAME_SINGULAR = 1e-5
-#: Singular endpoints smaller than this part of the typical size are compared as if they were of that size: means
-#: over the loops round the origin are only known beside the loops.
-BESIDE_ZERO = 1e-4
 #: Singular values of the scaled Jacobian below this count towards its kernel at a singular end.
 KERNEL = 1e-6
 #: Whole solves with a fresh random γ, when paths still fail after the ladder.
@@ -198,7 +192,7 @@ def _is_generic(known: Solutions) -> bool:
 def homotopy_for(system: System, values: np.ndarray, start: str, seed: int) -> Homotopy:
     """The homotopy that a start asks for."""
     choice = choose_start(system, values, start)
-    scales = scales_of(system, values)
+    scales = system.once(("scales", values.tobytes()), lambda: scales_of(system, values))
     return choice.homotopy(system, values, seed, scales.unknowns, scales.equations)
 
 
@@ -244,10 +238,7 @@ def _singular(
     system: System, values: np.ndarray, points: np.ndarray, scaled: np.ndarray, winding: np.ndarray, typical: float
 ) -> Singular:
     """Singular ends that agree, as one point with a multiplicity; compared in the units of the homotopy."""
-    label = np.arange(len(points))
-    for i, j in pairs_of_equals(scaled, SAME_SINGULAR, floor=max(BESIDE_ZERO * typical, 1e-300)).tolist():
-        label[label == label[j]] = label[i]
-    groups = [np.flatnonzero(label == name) for name in dict.fromkeys(label.tolist())]
+    groups = groups_of_singular(scaled, typical)
     means = np.array([points[g].mean(axis=0) for g in groups]).reshape(-1, points.shape[1])
     return Singular(
         points=means,

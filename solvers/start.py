@@ -14,7 +14,7 @@ import numpy as np
 
 from solvers.homotopy import Homotopy
 from solvers.system import System
-from solvers.tape import Builder
+from solvers.tape import Builder, Program
 
 #: Close to the target the start system is what is left, with a factor r that keeps all its digits: double precision
 #: follows a path to radii as small as roots of size a million with tenfold windings ask for.
@@ -63,17 +63,12 @@ def total_degree(
     Homotopy(total degree, 6 paths, 2 unknowns)
     """
     size = system.size[1]
-    builder, x, equations, scales = blended(system, unknown_scale)
-    nodes = []
-    for k, degree in enumerate(system.degrees):
-        start = builder.sub(builder.power(x[k], degree), builder.one)
-        first = builder.multiply(builder.parameter(k), start)
-        nodes.append(builder.add(first, builder.multiply(builder.parameter(size + k), equations[k])))
+    scaled = unknown_scale is not None
     gamma = random_gammas(size, seed)
     weights = np.ones(size) if equation_scale is None else equation_scale
-    still = np.concatenate([values, scales])
+    still = values if unknown_scale is None else np.concatenate([values, unknown_scale])
     return Homotopy(
-        program=builder.finish({"F": nodes}),
+        program=system.once(("total degree", scaled), lambda: _program(system, scaled)),
         start=np.concatenate([gamma, np.zeros(size), still]),
         target=np.concatenate([np.zeros(size), weights, still]),
         starts=RootsOfUnity(system.degrees),
@@ -85,20 +80,28 @@ def total_degree(
     )
 
 
-def blended(system: System, unknown_scale: np.ndarray | None) -> tuple[Builder, list[int], list[int], np.ndarray]:
-    """A graph for a·G + b·F: parameters a_i, b_i, then the system's own, then the scales of the unknowns.
+def _program(system: System, scaled: bool) -> Program:
+    size = system.size[1]
+    builder, x, equations = blended(system, scaled)
+    nodes = []
+    for k, degree in enumerate(system.degrees):
+        start = builder.sub(builder.power(x[k], degree), builder.one)
+        first = builder.multiply(builder.parameter(k), start)
+        nodes.append(builder.add(first, builder.multiply(builder.parameter(size + k), equations[k])))
+    return builder.finish({"F": nodes})
 
-    Returns the builder, the nodes of the unknowns, the nodes of the (scaled) equations F and the scale values.
+
+def blended(system: System, scaled: bool) -> tuple[Builder, list[int], list[int]]:
+    """A graph for a·G + b·F: parameters a_i, b_i, then the system's own, then, if `scaled`, those of the unknowns.
+
+    Returns the builder, the nodes of the unknowns, and the nodes of the (scaled) equations F.
     """
     size, own = system.size[1], len(system.parameters)
-    scales = np.zeros(0) if unknown_scale is None else np.asarray(unknown_scale)
-    builder = Builder(size, 2 * size + own + len(scales))
+    builder = Builder(size, 2 * size + own + (size if scaled else 0))
     x = [builder.unknown(k) for k in range(size)]
-    inner = x
-    if unknown_scale is not None:
-        inner = [builder.multiply(x[k], builder.parameter(2 * size + own + k)) for k in range(size)]
+    inner = [builder.multiply(x[k], builder.parameter(2 * size + own + k)) for k in range(size)] if scaled else x
     parameters = [builder.parameter(2 * size + k) for k in range(own)]
-    return builder, x, system.embed(builder, inner, parameters), scales
+    return builder, x, system.embed(builder, inner, parameters)
 
 
 def random_gammas(count: int, seed: int) -> np.ndarray:

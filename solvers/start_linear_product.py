@@ -106,7 +106,7 @@ def linear_product(
     checked: Structure = tuple(tuple(tuple(sorted(set(s))) for s in sets) for sets in structure)
     _check_cover(system, checked)
     points = ProductPoints(_random_forms(checked, n, seed), ChoiceGraph(checked))
-    builder, x, equations, scales = blended(system, unknown_scale)
+    builder, x, equations = blended(system, unknown_scale is not None)
     nodes = []
     for i, sets in enumerate(checked):
         product = builder.parameter(i)
@@ -115,7 +115,7 @@ def linear_product(
             product = builder.multiply(product, builder.total([*terms, builder.constant(row[n])]))
         nodes.append(builder.add(product, builder.multiply(builder.parameter(n + i), equations[i])))
     weights = np.ones(n) if equation_scale is None else equation_scale
-    still = np.concatenate([values, scales])
+    still = values if unknown_scale is None else np.concatenate([values, unknown_scale])
     return Homotopy(
         program=builder.finish({"F": nodes}),
         start=np.concatenate([random_gammas(n, seed), np.zeros(n), still]),

@@ -7,18 +7,23 @@ cancellation is seen without multiplying anything out.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from functools import cached_property
 from math import prod
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from solvers.from_sympy import InvalidSystem, program_from_sympy
+from solvers.replay import values
 from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Builder, Exact, Node, Program
 
 #: The prime of the field in which degrees are measured; a product of two residues fits into an int64.
 PRIME = 2_147_483_629
+#: Things that a system remembers having been worked out from it; the oldest are forgotten first.
+REMEMBERED = 16
+
+T = TypeVar("T")
 
 
 class System:
@@ -76,6 +81,23 @@ class System:
         system.poles = ()
         system.groups = _checked_groups(groups, system.unknowns)
         return system
+
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What follows from this system and a key: made the first time, remembered for the solves that come after.
+
+        The key must tell everything that the result depends on beside the system: parameter values, options.
+        """
+        memory: dict[Hashable, Any] = self.__dict__.setdefault("_memory", {})
+        if key not in memory:
+            made = make()
+            while len(memory) >= REMEMBERED:
+                memory.pop(next(iter(memory)), None)
+            memory[key] = made
+        found: T = memory[key]
+        return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_memory"}
 
     # -- sizes ----------------------------------------------------------------------------------------------
     @property
@@ -208,14 +230,11 @@ def evaluate(program: Program, points: Any, parameters: np.ndarray) -> tuple[np.
     `parameters` has the shape (parameters,), or (n, parameters) for other parameters at each point.
     """
     x = np.atleast_2d(np.asarray(points, dtype=np.complex128))
-    out = program.replay(list(x.T), list(np.asarray(parameters).T))
-    F = np.empty((len(x), len(out["F"])), np.complex128)
-    J = np.zeros((len(x), len(out["F"]), program.unknowns), np.complex128)
-    for i, value in enumerate(out["F"]):
-        F[:, i] = value
-    for (i, j), value in zip(program.pattern, out["J"]):
-        J[:, i, j] = value
-    return F, J
+    columns = values(program, x, parameters, ("F", "J"))
+    size = len(program.outputs["F"])
+    J = np.zeros((len(x), size, program.unknowns), np.complex128)
+    J[:, program.pattern[:, 0], program.pattern[:, 1]] = columns[:, size:]
+    return columns[:, :size], J
 
 
 def _checked_groups(groups: Any, unknowns: Sequence[Any]) -> tuple[tuple[int, ...], ...] | None:

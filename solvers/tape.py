@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -75,7 +76,7 @@ class Program:
         """Number of slots before the first instruction."""
         return self.unknowns + 2 * self.parameters + len(self.constants)
 
-    @property
+    @cached_property
     def constant_values(self) -> np.ndarray:
         """The constants rounded to double precision, shape (constants,)."""
         return np.array([complex(float(re), float(im)) for re, im in self.constants], dtype=np.complex128)

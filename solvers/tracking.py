@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from solvers import ledger, parallel
-from solvers.endgame import FAILED, Ends, finish
+from solvers.endgame import FAILED, FIRST_LOOP, Ends, finish
 from solvers.homotopy import Homotopy, Listed
 from solvers.kernel.engine import Engine, make_engine
 from solvers.kernel.reference import Settings
@@ -24,6 +24,8 @@ Progress = Callable[[str, int, int], None]
 #: Paths that the last rung of the ladder takes on. It costs some hundred times as much as double precision, a second
 #: for a path; and when more paths than this are too ill-conditioned for 32 digits it is the equations that need help.
 FEW_PATHS = 32
+#: Largest radii of the endgame's loops on the rungs: roots nearer to each other are told apart the later one loops.
+SMALLER_LOOPS = (2e-6, 2e-8, 2e-10)
 #: Its name in the ledger.
 LAST_RUNG = "in multiprecision"
 
@@ -90,7 +92,8 @@ def track_all(
             run.say(homotopy.name, done, homotopy.starts.count)
         precise = _Precise(engine, homotopy, ends)
         rungs = _rungs(engine, homotopy, settings, precise) if ladder else iter(())
-        used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n))
+        complete = not isinstance(homotopy.starts, Listed)
+        used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n), complete)
         if LAST_RUNG in used:
             used[LAST_RUNG] = precise.tracked
     except KeyboardInterrupt:
@@ -144,7 +147,9 @@ def digest(homotopy: Homotopy) -> str:
     return state.hexdigest()[:24]
 
 
-def _track_chunk(engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings) -> Ends:
+def _track_chunk(
+    engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings, first_loop: float = FIRST_LOOP
+) -> Ends:
     return finish(
         engine,
         homotopy.program,
@@ -153,6 +158,7 @@ def _track_chunk(engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings
         homotopy.direction,
         settings,
         homotopy.smallest,
+        first_loop,
     )
 
 
@@ -161,9 +167,9 @@ def _rungs(
 ) -> Iterator[tuple[str, Callable[[np.ndarray], Ends]]]:
     """Ever more careful ways to track a path, however careless the first was."""
 
-    def rung(how: Settings, **options: Any) -> Callable[[np.ndarray], Ends]:
+    def rung(how: Settings, first_loop: float, **options: Any) -> Callable[[np.ndarray], Ends]:
         careful = _Options(engine, options)
-        return lambda rows: _track_chunk(careful, homotopy, rows, how)  # type: ignore[arg-type]
+        return lambda rows: _track_chunk(careful, homotopy, rows, how, first_loop)  # type: ignore[arg-type]
 
     usual = Settings()
     tight = replace(
@@ -174,9 +180,9 @@ def _rungs(
         largest_step=min(settings.largest_step, usual.largest_step),
         ticks=max(settings.ticks, usual.ticks),
     ).tighter()
-    yield "with tighter steps", rung(tight, pivoted=True)
-    yield "in double-double", rung(tight, arithmetic="double-double")
-    yield "in double-double with tighter steps", rung(tight.tighter(), arithmetic="double-double")
+    yield "with tighter steps", rung(tight, SMALLER_LOOPS[0], pivoted=True)
+    yield "in double-double", rung(tight, SMALLER_LOOPS[1], arithmetic="double-double")
+    yield "in double-double with tighter steps", rung(tight.tighter(), SMALLER_LOOPS[2], arithmetic="double-double")
     # The precision of Arb numbers is one setting for all threads: nobody else may be at work.
     if 0 < precise.wanted().size <= FEW_PATHS and threading.current_thread() is threading.main_thread():
         yield LAST_RUNG, precise

@@ -29,6 +29,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers.replay import compiled_loops
 from solvers.tape import Exact, Program
 
 #: Unit roundoff of double precision.
@@ -179,15 +180,22 @@ def replay(
     mid : ndarray of complex, shape (n, length of the output)
     rad : ndarray of float, the same shape
     """
-    columns = points.T.copy()
-    sizes = np.zeros_like(columns, dtype=float) if radii is None else radii.T.copy()
-    unknowns = [Disc(mid, rad) for mid, rad in zip(columns, sizes)]
     if constants is None:
         constants = enclosures(program.constants)
+    wanted = program.outputs[output]
+    mid, rad = np.empty((len(points), len(wanted)), np.complex128), np.empty((len(points), len(wanted)))
+    sizes = np.zeros(points.shape) if radii is None else np.ascontiguousarray(radii)
+    loops = compiled_loops()
+    if loops is not None:
+        zero = [Disc(0.0)] * len(parameters)
+        still = [*parameters, *zero, *constants]
+        mids = np.array([disc.mid for disc in still], np.complex128)
+        rads = np.array([disc.rad for disc in still], np.float64)
+        loops.discs(program.code, mids, rads, np.ascontiguousarray(points), sizes, wanted, mid, rad)
+        return mid, rad
+    unknowns = [Disc(mid, rad) for mid, rad in zip(points.T.copy(), sizes.T.copy())]
     with np.errstate(all="ignore"):
         values = program.replay(unknowns, parameters, constants=constants)[output]
-    mid = np.empty((len(points), len(values)), np.complex128)
-    rad = np.empty((len(points), len(values)))
     for k, value in enumerate(values):
         mid[:, k] = value.mid
         rad[:, k] = value.rad

@@ -5,9 +5,10 @@ import pytest
 import sympy
 
 from benchmarks.zoo import ZOO
-from solvers.binomial import binomial_solutions
+from solvers.binomial import binomial_lattice
+from solvers.generic import coefficient_program, heights_above
 from solvers.points import pairs_of_equals
-from solvers.polyhedral import coefficient_program, heights_above, polyhedral, scaled_terms, toric_points
+from solvers.polyhedral import polyhedral, scaled_terms, toric_points
 from solvers.system import System, evaluate
 from solvers.tracking import Run, track_all
 
@@ -15,6 +16,10 @@ from solvers.tracking import Run, track_all
 def least_distance(points):
     differences = np.abs(points[:, None] - points[None]).max(axis=2)
     return (differences + np.eye(len(points)) * 10).min()
+
+
+def solutions(lattice, angles, indices):
+    return np.exp(2j * np.pi * (lattice.inverse @ angles + lattice.turns(indices)))
 
 
 def test_binomial_systems_are_solved_completely():
@@ -26,9 +31,9 @@ def test_binomial_systems_are_solved_completely():
             if not 0 < size < 400:
                 continue
             angles = rng.random(n)
-            solutions = binomial_solutions(exponents, angles)
-            assert solutions.count == size
-            points = solutions.points(np.arange(size))
+            lattice = binomial_lattice(exponents)
+            assert lattice.count == size
+            points = solutions(lattice, angles, np.arange(size))
             left = np.prod(points[:, None, :] ** exponents[None], axis=2)
             assert np.abs(left - np.exp(2j * np.pi * angles)).max() < 1e-11
             assert least_distance(points) > 1e-3
@@ -36,9 +41,9 @@ def test_binomial_systems_are_solved_completely():
 
 def test_binomial_solutions_with_huge_exponents():
     size = 10**12 + 39
-    solutions = binomial_solutions(np.array([[size, 1], [0, 1]]), np.array([0.25, 0.5]))
-    assert solutions.count == size
-    point = solutions.points(np.array([size // 3]))[0]
+    lattice = binomial_lattice(np.array([[size, 1], [0, 1]]))
+    assert lattice.count == size
+    point = solutions(lattice, np.array([0.25, 0.5]), np.array([size // 3]))[0]
     # y = -1, so x^size = -i: the angles are (3/4 + k)/size turns, and k is counted up or down
     assert abs(point[1] + 1) < 1e-12
     turns = np.angle(point[0]) / (2 * np.pi) % 1
@@ -47,7 +52,7 @@ def test_binomial_solutions_with_huge_exponents():
 
 def test_dependent_exponents_are_refused():
     with pytest.raises(ZeroDivisionError):
-        binomial_solutions(np.array([[1, 2], [2, 4]]), np.zeros(2))
+        binomial_lattice(np.array([[1, 2], [2, 4]]))
 
 
 def test_heights_agree_with_the_definition():

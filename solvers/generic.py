@@ -1,0 +1,149 @@
+"""All systems with given supports: what the polyhedral homotopy needs that does not depend on coefficients.
+
+The program whose parameters are the coefficients and the engine that tracks it, and for each mixed cell the
+heights of all points above it and the lattice of its binomials. Worked out once, used for every random start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from solvers.binomial import Lattice, binomial_lattice
+from solvers.mixed_cells import MixedCells
+from solvers.tape import Builder, Program
+
+if TYPE_CHECKING:
+    from solvers.kernel.engine import Engine
+
+#: Up to so many start points are kept in memory (and checked to be distinct); beyond, they are tracked on demand.
+KEPT = 1_000_000
+
+
+@dataclass(eq=False)
+class Generic:
+    """All systems with the supports of some mixed cells: what does not depend on their coefficients.
+
+    Attributes
+    ----------
+    cells : MixedCells
+    """
+
+    cells: MixedCells
+
+    @cached_property
+    def program(self) -> Program:
+        """The equations; the parameters are the coefficients, one equation after another."""
+        return coefficient_program(self.cells.supports)
+
+    @cached_property
+    def heights(self) -> np.ndarray:
+        """How fast each coefficient vanishes on the toric paths of a cell, shape (cells, terms)."""
+        return heights_above(self.cells)
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Number of the first solution of each cell, shape (cells,)."""
+        return np.cumsum([0, *self.cells.volumes], dtype=np.int64)[: len(self.cells)]
+
+    @cached_property
+    def lattices(self) -> list[Lattice]:
+        """Of the binomials x^(b - a) = -c_a / c_b of each cell."""
+        supports = self.cells.supports
+        return [
+            binomial_lattice(np.array([support[b] - support[a] for support, (a, b) in zip(supports, edges)]))
+            for edges in self.cells.edges.tolist()
+        ]
+
+    @cached_property
+    def inverses(self) -> np.ndarray:
+        """The inverse exponents of each cell, shape (cells, n, n)."""
+        n = len(self.cells.supports)
+        return np.array([lattice.inverse for lattice in self.lattices]).reshape(-1, n, n)
+
+    def turns(self, indices: np.ndarray, cell_of: np.ndarray) -> np.ndarray:
+        """Where solutions lie in their cell's lattice, in turns, shape (len(indices), n)."""
+        if self.cells.mixed_volume > KEPT:
+            return self._turns(indices, cell_of)
+        return self._all_turns[indices]
+
+    @cached_property
+    def _all_turns(self) -> np.ndarray:
+        indices = np.arange(self.cells.mixed_volume)
+        return self._turns(indices, self.cell_of(indices))
+
+    def _turns(self, indices: np.ndarray, cell_of: np.ndarray) -> np.ndarray:
+        turns = np.empty((len(indices), len(self.cells.supports)))
+        for cell in np.unique(cell_of).tolist():
+            here = cell_of == cell
+            turns[here] = self.lattices[cell].turns(indices[here] - self.first[cell])
+        return turns
+
+    def cell_of(self, indices: np.ndarray) -> np.ndarray:
+        """The cell that a solution comes from."""
+        return np.searchsorted(self.first, indices, side="right") - 1
+
+    @cached_property
+    def engine(self) -> Engine:
+        """Tracks these systems while their coefficients move."""
+        from solvers.kernel.engine import make_engine
+
+        program = self.program
+        builder = Builder(program.unknowns, program.parameters)
+        unknowns = [builder.unknown(k) for k in range(program.unknowns)]
+        parameters = [builder.parameter(k) for k in range(program.parameters)]
+        equations = program.embed(builder, unknowns, parameters)
+        angles = np.random.default_rng(1995).random((4, program.unknowns + program.parameters))
+        samples = np.exp(2j * np.pi * angles)
+        return make_engine(builder, equations, (samples[:, : program.unknowns], samples[:, program.unknowns :]))
+
+
+def heights_above(cells: MixedCells) -> np.ndarray:
+    """Heights of all points above each cell, the lowest one outside the edges being 1, shape (cells, terms).
+
+    The height of γ in support i is w(γ) + ⟨γ, η⟩ less its value on the edge, and zero on the edge. The mixed cells
+    are exact; for the speed of a path a rounded height is as good.
+    """
+    n = len(cells.supports)
+    first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
+    steps = np.empty((len(cells), n, n))
+    rise = np.empty((len(cells), n, 1))
+    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
+        steps[:, i] = support[last[:, i]] - support[first[:, i]]
+        rise[:, i, 0] = lifting[last[:, i]] - lifting[first[:, i]]
+    normals = -np.linalg.solve(steps, rise)[:, :, 0]
+    rows = []
+    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
+        level = lifting + normals @ support.T
+        here = np.arange(len(cells))
+        height = level - level[here, first[:, i]][:, None]
+        height[here, first[:, i]] = height[here, last[:, i]] = np.inf
+        rows.append(height)
+    heights = np.concatenate(rows, axis=1)
+    heights = heights / heights.min(axis=1, initial=np.inf)[:, None]
+    return np.where(np.isfinite(heights), heights, 0.0)
+
+
+def coefficient_program(supports: Sequence[np.ndarray]) -> Program:
+    """The program of a system whose parameters are all its coefficients, equation after equation.
+
+    Monomials are built by multiplying one unknown at a time, so that equations share what they have in common.
+    """
+    n = len(supports)
+    builder = Builder(n, sum(map(len, supports)))
+    nodes, at = [], 0
+    for support in supports:
+        total = builder.zero
+        for exponents in support.tolist():
+            monomial = builder.one
+            for k, power in enumerate(exponents):
+                if power:
+                    monomial = builder.multiply(monomial, builder.power(builder.unknown(k), power))
+            total = builder.add(total, builder.multiply(builder.parameter(at), monomial))
+            at += 1
+        nodes.append(total)
+    return builder.finish({"F": nodes})
