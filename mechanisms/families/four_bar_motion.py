@@ -31,6 +31,7 @@ from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
 from mechanisms.families.dyad_pairs import INPUTS, pair_candidates
 from mechanisms.families.dyad_pools import DyadPool, sliders_of_circles
 from mechanisms.families.mixed_motion import SEQUENCE, check_mixed, is_mixed, mixed_candidates, mixed_problem
+from mechanisms.families.mixed_sliders import slider_candidates
 from mechanisms.families.motion_choices import SAMPLES, STATIONS, check_number, pools, region_of, regions_of
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import search_candidates
@@ -160,6 +161,8 @@ class FourBarMotion(Family):
         """Every pair of real dyads of five poses; the best pairs found for fewer."""
         if solutions is not None and is_mixed(task):
             yield from mixed_candidates(task, solutions)
+            if solutions.ledger.at_infinity and task.points.get(BODY):
+                yield from slider_candidates(task, solutions.ledger.at_infinity)
             yield from _within_tolerances(task, progress)
             return
         poses = Poses.of(task.poses[BODY])

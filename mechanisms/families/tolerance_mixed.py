@@ -26,7 +26,7 @@ __all__ = ["MixedPositions", "positions_of"]
 
 #: Paths of a sweep, about two seconds; and the most and the fewest tasks that it is to reach.
 PATHS, MOST, FEWEST = 60_000, 512, 16
-#: A dyad that misses a position by more than this, in sizes of the task, comes from a path that was lost.
+#: A dyad that misses a position by more than this part of its size and the task's comes from a path that was lost.
 ACCURATE = 1e-9
 
 
@@ -114,7 +114,8 @@ class MixedPositions:
         for root in roots[self.problem.real(roots)]:
             dyads = mixed_dyads(root, complex(poses.points[0]), self.task.size)
             everywhere = mixed_poses(*self._split(poses), root)
-            if max(float(dyad.errors(everywhere).max()) for dyad in dyads) > ACCURATE * self.task.size:
+            misses = [float(dyad.errors(everywhere).max()) / (self.task.size + dyad.length) for dyad in dyads]
+            if max(misses) > ACCURATE:
                 continue
             if SEQUENCE in self.task.free:
                 order = [int(number) for number in self.task.free[SEQUENCE]]
