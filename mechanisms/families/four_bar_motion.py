@@ -37,7 +37,7 @@ from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import search_candidates
 from mechanisms.families.reality import real_roots
 from mechanisms.families.special_motions import (
-    refuse_free_translations,
+    refuse_special_mixtures,
     refuse_special_motions,
     refuse_whole_families,
 )
@@ -98,7 +98,7 @@ class FourBarMotion(Family):
         """Refuse motions that need no four-bar, and choices that the poses do not leave."""
         if is_mixed(task) or BODY not in task.poses:
             check_mixed(task)
-            refuse_free_translations(task)
+            refuse_special_mixtures(task)
             return
         if SEQUENCE in task.free:
             raise TaskError(f"{task.where}: free.{SEQUENCE}: poses are visited as they stand in the list; reorder it")

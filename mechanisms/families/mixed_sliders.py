@@ -34,6 +34,8 @@ DIRECTIONS, PATHS = 16, 20_000
 FAR, MOST = 3.0, 40
 #: … where each step brings them this much further; ten times is what it comes to.
 GROWTH = 3.0
+#: More paths than these at infinity are no single sliders, as when all points lie on one line.
+MANY = 24
 #: What is found misses the positions by less than this part of their size.
 EXACT = 1e-9
 
@@ -48,6 +50,10 @@ def slider_candidates(task: Task, at_infinity: int) -> Iterator[Candidate]:
     at_infinity : int
         Paths that went to infinity, two for each linkage; the search ends when all have one.
     """
+    if at_infinity > MANY:
+        words = f"{at_infinity} paths go to infinity: in positions so special sliders come in whole families"
+        yield Candidate(None, reasons=("degenerate",), note=words)
+        return
     source, positions = MixedPositions(task), positions_of(task)
     rng = np.random.default_rng([task.seed, 12])
     found: list[tuple[tuple[MotionDyad, MotionDyad], Poses]] = []
