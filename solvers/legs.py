@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from solvers.carry import carry, random_bend
+from solvers.first_root import given_root, random_root
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.points import Group, PointSet
-from solvers.system import System
+from solvers.system import InvalidSystem, System
+from solvers.tracking import digest, engine_of
 
 
 @dataclass
@@ -86,14 +88,51 @@ class Search:
         return self.history[-1]
 
 
+def two_nodes(
+    system: System, start: tuple[Any, Any] | None, rng: np.random.Generator
+) -> tuple[Engine, list[Node], float]:
+    """An engine, two generic nodes, the first of which holds a root, and the typical size of the unknowns.
+
+    The root is the given one, or one made at random, carried away from parameters that were made to fit it.
+
+    Raises
+    ------
+    InvalidSystem
+        No first root can be made, or no path leaves it.
+    """
+    point, values = random_root(system, rng) if start is None else given_root(system, start)
+    typical = float(max(np.abs(point).max(), 1e-300))
+    engine = engine_of(parameter_homotopy(system.program, values, values, point))
+    columns = len(system.unknowns)
+    scale = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1.0))
+    # Leave the seed: its parameters are special. A few tries, as the seed may be ill-conditioned.
+    for _ in range(20):
+        nodes = [Node(scale * gaussian(rng, len(scale)), PointSet(columns, seed=k)) for k in range(2)]
+        bend = np.exp(1j * rng.uniform(0.3, 2.8))
+        arrived = carry(engine, point, values, nodes[0].parameters, bend, typical=typical)
+        if len(arrived):
+            nodes[0].roots.add(arrived)
+            return engine, nodes, typical
+    raise InvalidSystem("no path leaves the start pair: is it a regular root of the system?")
+
+
+def sizes(parameters: np.ndarray) -> np.ndarray:
+    """Sizes of parameters; of small ones a tenth of the largest."""
+    size = np.abs(parameters)
+    return np.asarray(np.maximum(size, 0.1 * size.max(initial=1e-300)))
+
+
+def gaussian(rng: np.random.Generator, *shape: int) -> np.ndarray:
+    """Random complex numbers of variance one."""
+    return np.asarray((rng.normal(size=shape) + 1j * rng.normal(size=shape)) / np.sqrt(2))
+
+
 class Memory:
     """Known roots in the run file after each leg, so that a killed search goes on from there."""
 
     def __init__(self, checkpoint: Any, system: System, seed: int, search: Search) -> None:
         self.checkpoint, self.search = checkpoint, search
         if checkpoint is not None:
-            from solvers.tracking import digest
-
             node = search.nodes[0]
             first = node.roots.points[:1]
             whole = parameter_homotopy(system.program, node.parameters, node.parameters, first, seed)

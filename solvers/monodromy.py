@@ -17,22 +17,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solvers.carry import carry
 from solvers.endgame import REGULAR, Ends
-from solvers.first_root import given_root, random_root
-from solvers.homotopy import parameter_homotopy
-from solvers.kernel.engine import Engine
-from solvers.legs import Memory, Node, Search
+from solvers.legs import Memory, Search, two_nodes
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
-from solvers.tracking import Interrupted, engine_of
+from solvers.tracking import Interrupted
 
 if TYPE_CHECKING:
     from solvers.trace import Trace
 
 #: Legs without news after which the trace test is asked.
 QUIET_LEGS = 3
+#: Without a trace test so many paths must have met nothing new: three legs of a single root prove nothing.
+QUIET_PATHS = 100
 #: A failed trace test means that roots are missing, or points of the test's own; each goes along another line of
 #: parameters, after more loops.
 MOST_TESTS = 6
@@ -100,7 +98,7 @@ def monodromy(
     if rows != columns or not system.parameters:
         raise InvalidSystem("monodromy needs as many equations as unknowns, and parameters to move")
     rng = np.random.default_rng([seed, 11])
-    engine, nodes, typical = _prepare(system, start, rng)
+    engine, nodes, typical = two_nodes(system, start, rng)
     probe = nodes[0].roots.points[:1]
     group = Group(symmetry, probe, nodes[0].parameters) if symmetry else None
     if group is not None:
@@ -145,7 +143,7 @@ def _loop_until_complete(
 ) -> Trace | None:
     from solvers.trace import trace_test
 
-    quiet, tests, test = 0, 0, None
+    quiet, paths, tests, test = 0, 0, 0, None
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
         leg = search.leg(source)
@@ -153,12 +151,12 @@ def _loop_until_complete(
         sizes = [len(node.roots) for node in search.nodes]
         if progress is not None:
             progress("monodromy", max(sizes), max(sizes) if not np.isfinite(leg.estimate) else round(leg.estimate))
-        quiet = 0 if leg.new or sizes[0] != sizes[1] else quiet + 1
+        quiet, paths = (0, 0) if leg.new or sizes[0] != sizes[1] else (quiet + 1, paths + leg.carried)
         if wanted is not None:
             if min(sizes) >= wanted:
                 break
             continue
-        if quiet < QUIET_LEGS:
+        if quiet < QUIET_LEGS or (not trace and paths < QUIET_PATHS):
             continue
         if not trace:
             break
@@ -239,30 +237,3 @@ def _result(
 
         solutions.certificate = certify(system, solutions)
     return solutions
-
-
-# -- where the loops begin ----------------------------------------------------------------------------------
-
-
-def _prepare(
-    system: System, start: tuple[Any, Any] | None, rng: np.random.Generator
-) -> tuple[Engine, list[Node], float]:
-    """The engine, and two generic nodes, the first of which holds a few roots."""
-    point, values = random_root(system, rng) if start is None else given_root(system, start)
-    typical = float(max(np.abs(point).max(), 1e-300))
-    engine = engine_of(parameter_homotopy(system.program, values, values, point))
-    columns = len(system.unknowns)
-    scale = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1.0))
-    # Leave the seed: its parameters are special. A few tries, as the seed may be ill-conditioned.
-    for _ in range(20):
-        nodes = [Node(_gaussian(rng, scale), PointSet(columns, seed=k)) for k in range(2)]
-        bend = np.exp(1j * rng.uniform(0.3, 2.8))
-        arrived = carry(engine, point, values, nodes[0].parameters, bend, typical=typical)
-        if len(arrived):
-            nodes[0].roots.add(arrived)
-            return engine, nodes, typical
-    raise InvalidSystem("no path leaves the start pair: is it a regular root of the system?")
-
-
-def _gaussian(rng: np.random.Generator, scale: np.ndarray) -> np.ndarray:
-    return scale * (rng.normal(size=len(scale)) + 1j * rng.normal(size=len(scale))) / np.sqrt(2)

@@ -188,6 +188,25 @@ class RunFile:
             found.setdefault(number, {})[name] = _array(kind, shape, data, self.path)
         return found
 
+    def chunk(self, stage: str, number: int) -> dict[str, NDArray[Any]]:
+        """One finished chunk of a stage, where all of them together would not fit into memory.
+
+        Raises
+        ------
+        KeyError
+            There is none of that number.
+        """
+        query = "SELECT name, type, shape, data FROM chunk WHERE stage = ? AND number = ?"
+        rows = self._execute(query, (stage, int(number))).fetchall()
+        if not rows:
+            raise KeyError(number)
+        return {name: _array(kind, shape, data, self.path) for name, kind, shape, data in rows}
+
+    def numbers(self, stage: str) -> list[int]:
+        """The numbers of the finished chunks of a stage, in order."""
+        query = "SELECT DISTINCT number FROM chunk WHERE stage = ? ORDER BY number"
+        return [number for (number,) in self._execute(query, (stage,))]
+
     def stages(self) -> dict[str, int]:
         """The stages in the file and how many chunks each has."""
         query = "SELECT stage, COUNT(DISTINCT number) FROM chunk GROUP BY stage ORDER BY stage"

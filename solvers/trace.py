@@ -31,10 +31,10 @@ from typing import Any
 import numpy as np
 
 from solvers.homotopy import parameter_homotopy
-from solvers.legs import Node, Search
+from solvers.legs import Node, Search, gaussian, sizes
 from solvers.points import Group, PointSet
 from solvers.system import System
-from solvers.trace_curve import Curve, gaussian, sizes
+from solvers.trace_curve import Curve
 from solvers.tracking import engine_of
 
 #: Residuals below this pass. Complete sets show about 1e-10, sets with a missing point about one over the square

@@ -10,6 +10,7 @@ from solvers.carry import carry, carry_each, random_bend
 from solvers.from_sympy import program_from_sympy
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
+from solvers.legs import gaussian, sizes
 from solvers.points import SAME, Group, PointSet, pairs_of_equals
 from solvers.system import System
 from solvers.tape import Builder
@@ -161,14 +162,3 @@ def _functional(roots: np.ndarray, system: System, rng: np.random.Generator) -> 
     sizes = np.maximum(np.median(np.abs(roots), axis=0), 1e-6 * np.abs(roots).max())
     weights = np.exp(2j * np.pi * rng.random(n)) / np.where(sizes > 0, sizes, 1.0)
     return weights, "a combination of all unknowns"
-
-
-def sizes(parameters: np.ndarray) -> np.ndarray:
-    """Sizes of parameters; of small ones a tenth of the largest."""
-    size = np.abs(parameters)
-    return np.asarray(np.maximum(size, 0.1 * size.max(initial=1e-300)))
-
-
-def gaussian(rng: np.random.Generator, *shape: int) -> np.ndarray:
-    """Random complex numbers of variance one."""
-    return np.asarray((rng.normal(size=shape) + 1j * rng.normal(size=shape)) / np.sqrt(2))

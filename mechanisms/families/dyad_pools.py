@@ -30,6 +30,8 @@ __all__ = ["DyadPool", "Region", "curve_pool", "sampled_pool", "sliders_of_circl
 FAR = 1e4
 #: Without a region, pivots are looked for within this many sizes of the middle of the poses.
 REACH = 1.5
+#: Samples for each that is wanted, where many fall outside their region.
+MORE = 16
 #: Points on the circle of sliders of three poses, and sliders of two poses.
 SLIDERS = 24
 #: Coefficients of the circle of sliders, of unit size, that are rounding.
@@ -82,6 +84,32 @@ class Region:
             low, high = side if side is not None else (centre - reach, centre + reach)
             coordinates.append(low + (high - low) * unit[:, column])
         return coordinates[0] + 1j * coordinates[1]
+
+
+    def along(
+        self, start: NDArray[np.complex128], way: NDArray[np.complex128], unit: NDArray[np.float64], size: float
+    ) -> NDArray[np.complex128]:
+        """Points of lines, one of each, inside it; without sides, over the whole lines, most of them near their start.
+
+        Parameters
+        ----------
+        start, way : (n,) complex arrays
+            Points of the lines and their directions, of unit length.
+        unit : (n,) float array
+            Numbers from 0 to 1 that choose.
+        size : float
+            What near means.
+        """
+        low, high = np.full(len(start), -np.inf), np.full(len(start), np.inf)
+        for side, place, step in ((self.x, start.real, way.real), (self.y, start.imag, way.imag)):
+            if side is not None:
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    ends = np.sort((np.array(side)[:, None] - place) / step, axis=0)
+                low, high = np.fmax(low, ends[0]), np.fmin(high, ends[1])
+        # the tangent maps the angle at which the line is seen from its start to a length
+        first, last = np.arctan(low / size), np.arctan(high / size)
+        shift = size * np.tan(first + (last - first) * unit)
+        return np.asarray(start + way * np.where(low <= high, shift, np.inf))
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,10 +228,12 @@ def sampled_pool(poses: Poses, count: int, fixed: Region, moving: Region, seed: 
     """
     from scipy.stats import qmc
 
-    unit = qmc.Sobol(3, seed=np.random.default_rng(seed)).random_base2(max(1, math.ceil(math.log2(count))))
-    middle = complex(poses.points.mean())
     choose_fixed = fixed.point is not None or (fixed.given and not moving.given)
-    region = fixed if choose_fixed else moving
+    region, other_region = (fixed, moving) if choose_fixed else (moving, fixed)
+    # of three poses the other pivot is where it is, so that it takes many trials to have it in a region
+    tried = count * (MORE if len(poses) == 3 and other_region.given and region.point is None else 1)
+    unit = qmc.Sobol(3, seed=np.random.default_rng(seed)).random_base2(max(1, math.ceil(math.log2(tried))))
+    middle = complex(poses.points.mean())
     motion = inverse_poses(poses) if choose_fixed else poses
     chosen = region.sample(unit, middle, REACH * poses.size)
     if len(poses) == 3 and region.point is not None:
@@ -215,11 +245,11 @@ def sampled_pool(poses: Poses, count: int, fixed: Region, moving: Region, seed: 
         way = places[:, 1] - places[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             across = 1j * way / np.abs(way)
-        # the tangent spreads the other pivot over the whole bisector, most of it near the body
-        other = places.mean(axis=1) + across * poses.size * np.tan(np.pi * (unit[: len(chosen), 2] - 0.5))
+        other = other_region.along(places.mean(axis=1), across, unit[: len(chosen), 2], poses.size)
     g, z = (chosen, other) if choose_fixed else (other, chosen)
     finite = np.isfinite(g) & np.isfinite(z)
-    pool = DyadPool.of(g[finite], z[finite])
+    pool = _inside(DyadPool.of(g[finite], z[finite]), fixed, moving)
+    pool = pool.where(np.arange(len(pool)) < max(count, 1))
     sliders = []
     for place, far, inverse in ((moving, fixed, False), (fixed, moving, True)):
         if far.point is not None:  # that pivot of a slider is at infinity

@@ -22,26 +22,37 @@ Slider-cranks and their inversions are among them: a slider is a dyad with a piv
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechanisms.families import burmester
 from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
-from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import INPUTS, pair_candidates
-from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool, sliders_of_circles
+from mechanisms.families.dyad_pools import DyadPool, sliders_of_circles
 from mechanisms.families.mixed_motion import SEQUENCE, check_mixed, is_mixed, mixed_candidates, mixed_problem
+from mechanisms.families.mixed_sliders import slider_candidates
+from mechanisms.families.motion_choices import SAMPLES, STATIONS, check_number, pools, region_of, regions_of
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import search_candidates
 from mechanisms.families.reality import real_roots
 from mechanisms.families.special_motions import (
-    refuse_free_translations,
+    refuse_special_mixtures,
     refuse_special_motions,
     refuse_whole_families,
 )
-from mechanisms.families.tolerance import TRIALS, Tolerances, check_tolerances, tolerance_candidates
-from mechanisms.families.translations import Regions, translation_candidates
+from mechanisms.families.tolerance import (
+    TOLERANCES,
+    Source,
+    check_tolerances,
+    tolerance_candidates,
+    tolerances_of,
+    with_moves,
+)
+from mechanisms.families.tolerance_mixed import MixedPositions, positions_of
+from mechanisms.families.tolerance_sources import FewerPoses, FivePoses
+from mechanisms.families.translation_fit import nearest_translation
+from mechanisms.families.translations import circle_of, line_of, translation_candidates
 from mechanisms.families.two_sliders import slider_pairs
 from mechanisms.task import Task, TaskError
 
@@ -49,10 +60,6 @@ if TYPE_CHECKING:
     from solvers import Solutions
 
 __all__ = ["FourBarMotion"]
-
-#: Points of the four-pose curve that are paired, and dyads sampled for each side with fewer poses. All their pairs
-#: are judged in about a second.
-STATIONS, SAMPLES = 240, 256
 
 _PIVOTS = tuple(
     Free(f"{pivot}{number}_{axis}", "length", f"{axis} of the {word} pivot of dyad {number}", range=True)
@@ -71,11 +78,6 @@ _LENGTHS = tuple(
 )
 _NUMBERS = tuple(Free(f"dyad{k}", "number", f"number of dyad {k} on the map of four poses") for k in (1, 2))
 _SEQUENCE = Free(SEQUENCE, "number", "order of visit by number, poses counted first, then points", many=True)
-_TOLERANCES = (
-    Free("tolerance_x", "length", "how far each pose may be missed in x", many=True),
-    Free("tolerance_y", "length", "how far each pose may be missed in y", many=True),
-    Free("tolerance_angle", "angle", "how far each pose may be missed in angle", many=True),
-)
 
 
 class FourBarMotion(Family):
@@ -89,23 +91,23 @@ class FourBarMotion(Family):
     too_many = "five poses leave four dyads and no choice"
     unknowns = "pivots of a dyad: z, zc, G, Gc"
     roots = "4 dyads; 60, 402, 2224, 8652 pairs with points"
-    free = (*_PIVOTS, *_NUMBERS, *_LENGTHS, *_TOLERANCES, _SEQUENCE)
+    free = (*_PIVOTS, *_NUMBERS, *_LENGTHS, *TOLERANCES, _SEQUENCE)
     inputs = INPUTS
 
     def check(self, task: Task) -> None:
         """Refuse motions that need no four-bar, and choices that the poses do not leave."""
         if is_mixed(task) or BODY not in task.poses:
             check_mixed(task)
-            refuse_free_translations(task)
+            refuse_special_mixtures(task)
             return
         if SEQUENCE in task.free:
             raise TaskError(f"{task.where}: free.{SEQUENCE}: poses are visited as they stand in the list; reorder it")
         poses = Poses.of(task.poses[BODY])
         if len(poses) == 1:
             raise TaskError(f"{task.where}: poses: one pose alone is no motion; give more poses, or points")
+        check_tolerances(task, len(poses))
         refuse_special_motions(task, poses)
-        check_tolerances(task, len(poses), _TOLERANCES)
-        chosen = [name for name in task.free if name not in {item.name for item in _TOLERANCES}]
+        chosen = [name for name in task.free if name not in {item.name for item in TOLERANCES}]
         if len(poses) == 5 and not poses.parallel:
             refuse_whole_families(task, poses)
         if len(poses) == 5 and not poses.parallel and chosen:
@@ -114,7 +116,7 @@ class FourBarMotion(Family):
             )
         for number in (1, 2):
             if f"dyad{number}" in task.free:
-                _check_number(task, poses, number)
+                check_number(task, poses, number)
             if all(region_of(task, f"{pivot}{number}").point is not None for pivot in "OA"):
                 raise TaskError(
                     f"{task.where}: free.A{number}: either pivot of a dyad determines what the other can be; "
@@ -159,19 +161,24 @@ class FourBarMotion(Family):
         """Every pair of real dyads of five poses; the best pairs found for fewer."""
         if solutions is not None and is_mixed(task):
             yield from mixed_candidates(task, solutions)
+            if solutions.ledger.at_infinity and task.points.get(BODY):
+                yield from slider_candidates(task, solutions.ledger.at_infinity)
+            yield from _within_tolerances(task, progress)
             return
         poses = Poses.of(task.poses[BODY])
         if solutions is not None:
             yield from _five(task, poses, solutions)
+            yield from _within_tolerances(task, progress)
             return
         if progress is not None:
             progress("pairing dyads", 0.0)
         names = task.title, task.length_unit
         if len(poses) == 2 or not poses.parallel:
-            yield from search_candidates(poses, *pools(task), task.constraints, *names)
+            count = int(task.solve.get("samples", STATIONS if len(poses) == 4 else SAMPLES))
+            yield from search_candidates(poses, *pools(task, poses, count), task.constraints, *names)
+            yield from _within_tolerances(task, progress)
         if poses.parallel:
-            samples = int(task.solve.get("samples", SAMPLES))
-            yield from translation_candidates(poses, _regions(task), task.constraints, samples, task.seed, *names)
+            yield from _translations(task, poses)
 
 
 def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]:
@@ -196,75 +203,35 @@ def _five(task: Task, poses: Poses, solutions: Solutions) -> Iterator[Candidate]
     if circles:
         links = DyadPool.of([d.fixed for d in dyads if d.kind == "RR"], [d.moving for d in dyads if d.kind == "RR"])
         pool = DyadPool.of([], []).with_sliders(circles, poses.size)
-        yield from search_candidates(poses, links, pool, task.constraints, *names)
+        if len(links):
+            yield from search_candidates(poses, links, pool, task.constraints, *names)
         yield from slider_pairs(poses, circles, circles, task.constraints, *names)
-    if (zones := tolerances(task)) is not None:
-        trials = int(task.solve.get("samples", TRIALS))
-        yield from tolerance_candidates(poses, zones, task.seed, task.constraints, *names, trials)
 
 
-def tolerances(task: Task) -> Tolerances | None:
-    """The tolerances of a task; None when every pose is to be met exactly."""
-    if not any(item.name in task.free for item in _TOLERANCES):
-        return None
-    zero = (0.0,) * len(task.poses[BODY])
-    return Tolerances(*(np.array(task.free.get(item.name, zero), dtype=float) for item in _TOLERANCES))
+def _translations(task: Task, poses: Poses) -> Iterator[Candidate]:
+    """Linkages for parallel poses, or for those within the tolerances that need least of them."""
+    zones = tolerances_of(task, len(poses))
+    samples = int(task.solve.get("samples", SAMPLES))
+    rest = regions_of(task), task.constraints, samples, task.seed, task.title, task.length_unit
+    if zones is None or len(poses) == 2 or circle_of(poses) is not None or line_of(poses) is not None:
+        yield from translation_candidates(poses, *rest)
+    elif (found := nearest_translation(poses, zones)) is not None:
+        moved, used = found
+        for candidate in translation_candidates(moved, *rest):
+            yield with_moves(candidate, poses, moved, np.zeros(len(poses)), used)
 
 
-def pools(task: Task) -> tuple[DyadPool, DyadPool]:
-    """The dyads that a task of two to four poses leaves for either side; one pool twice, if nothing is given."""
-    poses, regions = Poses.of(task.poses[BODY]), _regions(task)
-    if len(poses) == 4:
-        try:
-            curve = CircleCurve(poses)
-        except ValueError as error:
-            raise TaskError(f"{task.where}: poses: {error}") from None
-        numbers = [task.free.get(f"dyad{k}") for k in (1, 2)]
-        count = int(task.solve.get("samples", STATIONS))
-        found = [_of_curve(curve, count, number, *pair) for number, pair in zip(numbers, regions)]
-        if any(number is not None for number in numbers):
-            return found[0], found[1]
-    else:
-        count = int(task.solve.get("samples", SAMPLES))
-        found = [sampled_pool(poses, count, *pair, seed=task.seed + k) for k, pair in enumerate(regions)]
-    if not any(region.given for pair in regions for region in pair):
-        return found[0], found[0]
-    return found[0], found[1]
-
-
-def _check_number(task: Task, poses: Poses, number: int) -> None:
-    """A dyad named by its number on the map needs four poses, that number on their curve, and nothing else."""
-    place = f"{task.where}: free.dyad{number}"
-    if len(poses) != 4:
-        raise TaskError(f"{place}: {len(poses)} poses have no map; leave it out, or give four poses")
-    if region_of(task, f"O{number}").given or region_of(task, f"A{number}").given:
-        raise TaskError(f"{place}: a number determines both pivots of the dyad; leave out O{number} and A{number}")
-    try:
-        CircleCurve(poses).at_station(task.free[f"dyad{number}"])
-    except ValueError as error:
-        raise TaskError(f"{place}: {error}") from None
-
-
-def _regions(task: Task) -> Regions:
-    first, second = ((region_of(task, f"O{number}"), region_of(task, f"A{number}")) for number in (1, 2))
-    return first, second
-
-
-def region_of(task: Task, pivot: str) -> Region:
-    """What a task asks of the pivot O1, A1, O2 or A2."""
-    sides: list[Any] = []
-    for axis in "xy":
-        value = task.free.get(f"{pivot}_{axis}")
-        sides.append(None if value is None else value if isinstance(value, tuple) else (value, value))
-    return Region(*sides)
-
-
-def _of_curve(curve: CircleCurve, count: int, number: float | None, fixed: Region, moving: Region) -> DyadPool:
-    if number is not None:
-        return DyadPool.of(*curve.at_station(number), dyad=np.array([number]))
-    for region, which in ((moving, "moving"), (fixed, "fixed")):
-        if (place := region.point) is not None and curve.circuits:
-            circuit, phi, distance = curve.nearest(place, which)
-            g, z = curve.dyads(circuit, phi)
-            return DyadPool.of(g, z, distance_from_pick=np.array([distance]))
-    return curve_pool(curve, count, fixed, moving)
+def _within_tolerances(task: Task, progress: Callable[[str, float], None] | None) -> Iterator[Candidate]:
+    """Designs without defects for poses that are missed a little; nothing where a task gives no tolerances."""
+    positions = positions_of(task)
+    zones = tolerances_of(task, len(positions))
+    if zones is None:
+        return
+    if progress is not None:
+        progress("searching within the tolerances", 0.0)
+    source: Source = FivePoses() if len(positions) == 5 else FewerPoses(task)
+    trials = int(task.solve["samples"]) if len(positions) == 5 and "samples" in task.solve else None
+    if is_mixed(task):
+        source, trials = MixedPositions(task), None
+    names = task.title, task.length_unit
+    yield from tolerance_candidates(source, positions, zones, task.seed, task.constraints, *names, trials)

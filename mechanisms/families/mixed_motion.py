@@ -32,12 +32,22 @@ from mechanisms.families.alt_burmester import (
 from mechanisms.families.base import BODY, Candidate, Problem
 from mechanisms.families.dyad_pairs import pair_candidate
 from mechanisms.families.motion_dyads import Poses
+from mechanisms.families.tolerance import TOLERANCES, check_tolerances
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
     from solvers import Solutions
 
-__all__ = ["SEQUENCE", "check_mixed", "entry_name", "is_mixed", "mixed_candidates", "mixed_problem"]
+__all__ = [
+    "SEQUENCE",
+    "check_mixed",
+    "entry_name",
+    "is_mixed",
+    "mixed_candidates",
+    "mixed_problem",
+    "numbers_given",
+    "partners",
+]
 
 #: The free choice that says in which order positions are visited.
 SEQUENCE = "sequence"
@@ -81,7 +91,7 @@ def check_mixed(task: Task) -> None:
             f"{task.where}: poses: missing; give the first position of the body as a pose, or use four-bar-path"
         )
     for name in task.free:
-        if name not in (*GIVEN, SEQUENCE):
+        if name not in (*GIVEN, SEQUENCE, *(item.name for item in TOLERANCES)):
             raise TaskError(
                 f"{task.where}: free.{name}: the other data determine the linkage; leave it out, or leave out the "
                 f"points and single numbers"
@@ -105,6 +115,7 @@ def check_mixed(task: Task) -> None:
         )
         raise TaskError(f"{task.where}: {what} {remedy}")
     _check_sequence(task, poses + points)
+    check_tolerances(task, poses, points)
     for number in (1, 2):
         own = [name for name in given if name[:2] in (f"O{number}", f"A{number}") or name == f"L_link{number}"]
         if len(own) + poses - 1 > 4:
@@ -161,7 +172,7 @@ def mixed_candidates(task: Task, solutions: Solutions) -> Iterator[Candidate]:
     problem = mixed_problem(task)
     roots = solutions.points
     real = problem.real(roots)
-    partner = _partners(roots) if not numbers_given(task) else np.full(len(roots), -1)
+    partner = partners(roots) if not numbers_given(task) else np.full(len(roots), -1)
     for root, point in enumerate(roots):
         other = int(partner[root])
         if 0 <= other < root:
@@ -185,7 +196,7 @@ def mixed_candidates(task: Task, solutions: Solutions) -> Iterator[Candidate]:
         yield replace(candidate, pose_error=error, angle_error=0.0, reasons=reasons)
 
 
-def _partners(roots: NDArray[np.complex128]) -> NDArray[np.int64]:
+def partners(roots: NDArray[np.complex128]) -> NDArray[np.int64]:
     """For each root the number of the one in which the dyads have changed places; −1 if it is missing."""
     from solvers.points import PointSet
 

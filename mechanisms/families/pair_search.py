@@ -139,8 +139,11 @@ def search_candidates(
     constraints : mapping
         The task's; those on pivots, link ratio and transmission angle direct the search, all are tested later.
     """
-    if not len(first) or not len(second):
-        return
+    for number, pool in enumerate((first, second), start=1):
+        if not len(pool):
+            words = f"no dyad {number} has its pivots where they are asked to be"
+            yield Candidate(None, reasons=("degenerate",), note=words)
+            return
     table = judge_pairs(poses, first, second)
     best = _driven(table, first, second)
     possible = np.isfinite(table.link_ratio)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from mechanisms.families.base import BODY
-from mechanisms.families.motion_dyads import Poses, common_pole
+from mechanisms.families.motion_dyads import SAME, Poses, common_pole
+from mechanisms.families.tolerance import tolerances_of
+from mechanisms.families.translation_fit import nearest_translation
 from mechanisms.families.translations import circle_of, line_of
 from mechanisms.task import Task, TaskError
 
-__all__ = ["refuse_free_translations", "refuse_special_motions", "refuse_whole_families"]
+__all__ = ["refuse_special_mixtures", "refuse_special_motions", "refuse_whole_families"]
 
 #: Four places lie on a circle when the imaginary part of their cross ratio is below this, relative.
 ON_CIRCLE = 1e-9
@@ -40,12 +44,28 @@ def _off_circle(places: Any) -> float:
     return float(ratio.imag / abs(ratio))
 
 
-def refuse_free_translations(task: Task) -> None:
-    """Single numbers that are given cannot make a parallelogram finite: its crank is determined, its place is free."""
-    if len(poses := task.poses[BODY]) > 2 and not task.points.get(BODY) and Poses.of(poses).parallel:
+def refuse_special_mixtures(task: Task) -> None:
+    """Poses among points or numbers that are so special that dyads come in whole families."""
+    poses = Poses.of(task.poses[BODY])
+    points = task.points.get(BODY, ())
+    for k, point in enumerate(points):
+        near = np.flatnonzero(np.abs(poses.points - point) < SAME * task.size)
+        if len(near):
+            raise TaskError(
+                f"{task.where}: points: point {k} is where pose {near[0]} is, which visits it already; leave it out, "
+                f"or move it"
+            )
+    if poses.parallel and len(poses) > (3 if points else 2):
         raise TaskError(
-            f"{task.where}: free: the body never turns, so that the poses determine the length and the turns of every "
-            f"crank and leave its place open; give pivots, by both coordinates or by ranges, and no lengths"
+            f"{task.where}: poses: the body never turns in them, so that they determine the length and the turns of "
+            f"every crank and leave its place open; "
+            + ("turn one of them" if points else "give pivots, by both coordinates or by ranges, and no lengths")
+        )
+    pole = common_pole(poses)
+    if pole is not None and len(poses) > (3 if points else 2):
+        raise TaskError(
+            f"{task.where}: poses: they are turns about one point, ({pole.real:g}, {pole.imag:g}), so that dyads held "
+            f"there come in whole families; give fewer of them, or move one"
         )
 
 
@@ -54,11 +74,14 @@ def refuse_special_motions(task: Task, poses: Poses) -> None:
     if len(poses) < 3:
         return
     if poses.parallel and circle_of(poses) is None and line_of(poses) is None:
-        raise TaskError(
-            f"{task.where}: poses: the body never turns, and its positions lie on no circle and no line, so that only "
-            f"two crossed slides with a drive for each carry it; turn it in one of its poses, leave out a pose, or "
-            f"give tolerances"
-        )
+        zones = tolerances_of(task, len(poses))
+        if zones is None or nearest_translation(poses, zones) is None:
+            remedy = "give tolerances" if zones is None else "widen the tolerances"
+            raise TaskError(
+                f"{task.where}: poses: the body never turns, and its positions lie on no circle and no line, so that "
+                f"only two crossed slides with a drive for each carry it; turn it in one of its poses, leave out a "
+                f"pose, or {remedy}"
+            )
     pole = common_pole(poses)
     if pole is not None:
         raise TaskError(

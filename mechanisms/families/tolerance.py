@@ -1,34 +1,44 @@
-"""Tolerance zones: five poses that may each be missed a little, searched for designs without defects.
+"""Tolerance zones: positions that may each be missed a little, searched for designs without defects.
 
-When no exact design is free of defects, a designer moves the poses a little and tries again.  Here a thousand
-tasks within the tolerances are solved in one sweep of parameter homotopies from the same four generic dyads, and
-every pair of dyads is judged in closed form.  The good ones that move the poses least are then drawn back towards
-the poses as given, as far as they stay good.
+When no exact design is free of defects, a designer moves the poses a little and tries again.  Here many tasks within
+the tolerances are solved and every pair of dyads is judged in closed form.  The good ones that move the poses
+least are then drawn back towards the poses as given, as far as they stay good.
+
+How the tasks are solved depends on how many positions there are (`mechanisms.families.tolerance_sources`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
-from itertools import combinations
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanisms.families import burmester
 from mechanisms.families.base import Candidate, Free
 from mechanisms.families.dyad_pairs import pair_candidate
 from mechanisms.families.motion_dyads import MotionDyad, Poses
-from mechanisms.families.reality import real_roots
 from mechanisms.fourbar import judge_four_bars
 from mechanisms.task import Task, TaskError
 
-__all__ = ["Tolerances", "check_tolerances", "dyads_of_many", "tolerance_candidates"]
+__all__ = [
+    "TOLERANCES",
+    "Pair",
+    "Source",
+    "Tolerances",
+    "check_tolerances",
+    "tolerance_candidates",
+    "tolerances_of",
+    "with_moves",
+]
 
-#: Tasks tried within the tolerances.
-TRIALS = 1024
+#: Free choices that give the tolerances.
+TOLERANCES = (
+    Free("tolerance_x", "length", "how far each position may be missed in x", many=True),
+    Free("tolerance_y", "length", "how far each position may be missed in y", many=True),
+    Free("tolerance_angle", "angle", "how far each pose may be missed in angle", many=True),
+)
 #: Designs reported.
 KEEP = 6
 #: Halvings by which a design is drawn back towards the poses as given.
@@ -37,19 +47,17 @@ HALVINGS = 8
 SAME_CHOICE = 0.1
 #: Longest link over the shortest, beyond which a design is not taken.
 LINK_RATIO = 20.0
-#: A root whose residual stays above this after Newton's steps has been lost on its path.
-ACCURATE = 1e-9
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How far each pose may be missed.
+    """How far each position may be missed.
 
     Parameters
     ----------
     x, y : (n,) array, in the task's unit
     angle : (n,) array, radians
-        None negative.
+        None negative; the angle of a point is free and has none.
 
     Examples
     --------
@@ -80,123 +88,174 @@ class Tolerances:
         return shares.reshape(-1, 3, len(self.x)) * free
 
 
-@cache
-def _engine() -> Any:
-    from solvers.homotopy import parameter_homotopy
-    from solvers.tracking import engine_of
-
-    start = burmester.generic_dyads()
-    system = burmester.projective_system()
-    return engine_of(parameter_homotopy(system.program, start.parameters, start.parameters, start.points))
-
-
-def dyads_of_many(many: list[Poses]) -> list[list[MotionDyad]]:
-    """The real RR dyads of many sets of five poses, all paths tracked together.
-
-    Paths that are lost leave a dyad out: this is for searching, `burmester.five_pose_dyads` is for answers.
-
-    Examples
-    --------
-    >>> poses = Poses.of([(0, 0, 0), (-0.5, -1.9, 90), (1.7, 0, 45), (-1.6, 0.4, 35), (-1.5, 0.1, 25)])
-    >>> [len(dyads) for dyads in dyads_of_many([poses, poses])]
-    [4, 4]
-    """
-    start = burmester.generic_dyads()
-    targets = np.array([burmester.dyad_parameters(poses) for poses in many])
-    per_path = np.repeat(targets, len(start.points), axis=0)
-    points = np.tile(start.points, (len(many), 1))
-    ends = _engine().track(points, per_path, start.parameters - per_path).x.reshape(len(many), -1, 4)
-    found = []
-    for poses, roots in zip(many, ends):
-        roots = roots[np.all(np.isfinite(roots), axis=1)]
-        dyads = []
-        for root in roots[real_roots(roots, burmester.MIRROR)]:
-            dyad = burmester.dyad_of_root(poses, root)
-            if dyad is not None and dyad.kind == "RR" and dyad.errors(poses).max() < ACCURATE * poses.size:
-                dyads.append(dyad)
-        found.append(dyads)
-    return found
-
-
 @dataclass(frozen=True, eq=False)
-class _Find:
-    """A four-bar without defects for moved poses."""
+class Pair:
+    """A four-bar through some positions.
 
-    shares: NDArray[np.float64]
-    poses: Poses
+    Parameters
+    ----------
+    dyads : pair of MotionDyad
+        Both RR.
+    poses : Poses
+        The positions in their order of visit; at path points the body is turned as it comes.
+    state : Any
+        What its source needs to follow it to other positions.
+    """
+
     dyads: tuple[MotionDyad, MotionDyad]
-    transmission: float
+    poses: Poses
+    state: Any = None
+
+
+class Source(Protocol):
+    """Four-bars through positions near those of a task."""
 
     @property
-    def pivots(self) -> NDArray[np.complex128]:
-        return np.array([z for dyad in self.dyads for z in (dyad.fixed, dyad.moving)])
+    def always(self) -> bool:
+        """Whether designs are wanted even where the positions as given have good ones."""
+
+    @property
+    def trials(self) -> int:
+        """Tasks that are worth trying."""
+
+    def pairs(self, many: list[Poses]) -> list[list[Pair]]:
+        """The four-bars through each of many sets of positions."""
+
+    def follow(self, pair: Pair, moved: Poses) -> list[Pair]:
+        """The same four-bar through positions that have moved a little, or those that may be it."""
 
 
-def check_tolerances(task: Task, poses: int, names: Sequence[Free]) -> None:
-    """Refuse tolerances that do not fit the poses: one number for each of five, none negative."""
-    for item in names:
+def tolerances_of(task: Task, positions: int) -> Tolerances | None:
+    """The tolerances of a task; None when every position is to be met exactly."""
+    if not any(item.name in task.free for item in TOLERANCES):
+        return None
+    columns = []
+    for item in TOLERANCES:
+        given = task.free.get(item.name, ())
+        columns.append(np.array([*given, *[0.0] * (positions - len(given))], dtype=float))
+    return Tolerances(*columns)
+
+
+def check_tolerances(task: Task, poses: int, points: int = 0) -> None:
+    """Refuse tolerances that do not fit: one number for each position, none negative, and no angle of a point.
+
+    Raises
+    ------
+    TaskError
+        One sentence: what is wrong, where, what to do.
+    """
+    for item in TOLERANCES:
         values = task.free.get(item.name)
         if values is None:
             continue
         place = f"{task.where}: free.{item.key}"
-        if poses != 5:
-            raise TaskError(f"{place}: tolerances are for five poses, which leave no other choice; leave it out")
-        if len(values) != poses:
-            raise TaskError(f"{place}: {len(values)} values for {poses} poses; give one for each, 0 where it is exact")
+        count = poses if item.kind == "angle" else poses + points
+        if len(values) != count:
+            what = f"{poses} poses" + (f" and {points} points" if count > poses else "")
+            raise TaskError(f"{place}: {len(values)} values for {what}; give one for each, 0 where it is exact")
         if min(values) < 0:
             raise TaskError(f"{place}: a tolerance is negative; give how far the pose may be missed, 0 or more")
 
 
+@dataclass(frozen=True, eq=False)
+class _Find:
+    """A four-bar without defects for moved positions."""
+
+    shares: NDArray[np.float64]
+    moved: Poses
+    pair: Pair
+    transmission: float
+
+    @property
+    def used(self) -> float:
+        return float(np.abs(self.shares).max())
+
+    @property
+    def pivots(self) -> NDArray[np.complex128]:
+        return np.array([z for dyad in self.pair.dyads for z in (dyad.fixed, dyad.moving)])
+
+
 def tolerance_candidates(
+    source: Source,
     poses: Poses,
     zones: Tolerances,
     seed: int,
     constraints: Mapping[str, Any],
     title: str = "",
     length_unit: str = "",
-    trials: int = TRIALS,
+    trials: int | None = None,
 ) -> Iterator[Candidate]:
-    """Designs without defects whose poses stay within the tolerances, those that need least of them first.
+    """Designs without defects whose positions stay within the tolerances, those that need least of them first.
 
-    Each says how far it moves each pose: ``moved`` lists (x, y, angle in degrees).
+    Each says how far it moves each position: ``moved`` lists (x, y, angle in degrees).
+
+    Parameters
+    ----------
+    source : Source
+        How positions are solved.
+    poses : Poses
+        The positions as given; points have the angle zero.
     """
-    shares = zones.trials(trials, seed)
+    shares = zones.trials(trials or source.trials, seed)
     many = [zones.moved(poses, share) for share in shares]
-    finds = _good_pairs(shares, many, dyads_of_many(many), constraints)
-    share_found = len({id(find.poses) for find in finds}) / len(many)
+    if not source.always and _good(shares[:1], many[:1], source.pairs(many[:1]), constraints):
+        return
+    finds = _good(shares, many, source.pairs(many), constraints)
+    share_found = len({id(find.moved) for find in finds}) / len(many)
     chosen: list[_Find] = []
-    for find in sorted(finds, key=lambda f: (float(np.abs(f.shares).max()), -f.transmission)):
+    for find in sorted(finds, key=lambda f: (f.used, -f.transmission)):
         if len(chosen) >= KEEP:
             break
         if all(_distance(find, other) > SAME_CHOICE * poses.size for other in chosen):
             chosen.append(find)
-    drawn = [_drawn_back(poses, zones, find, constraints) for find in chosen]
-    for find in sorted(drawn, key=lambda f: float(np.abs(f.shares).max())):
-        way = find.poses.points - poses.points
-        turn = find.shares[2] * zones.angle
-        moved = [[float(d.real), float(d.imag), float(np.degrees(a))] for d, a in zip(way, turn)]
-        used = float(np.abs(find.shares).max())
-        extra = {"moved": moved, "tolerance_used": used, "share_of_trials": share_found}
-        words = f"poses moved by up to {100 * used:.0f} % of their tolerances"
-        candidate = pair_candidate(find.poses, *find.dyads, title, length_unit, extra, words)
-        yield Candidate(
-            **{name: getattr(candidate, name) for name in Candidate.__dataclass_fields__}
-            | {"pose_error": float(np.abs(way).max()), "angle_error": float(np.abs(turn).max())}
-        )
+    drawn = [_drawn_back(source, poses, zones, find, constraints) for find in chosen]
+    for find in sorted(drawn, key=lambda f: f.used):
+        extra = {"share_of_trials": share_found}
+        candidate = pair_candidate(find.pair.poses, *find.pair.dyads, title, length_unit, extra)
+        yield with_moves(candidate, poses, find.moved, find.shares[2] * zones.angle, find.used)
+    if not drawn and not source.always:
+        words = f"none of {len(many)} tasks within the tolerances has a four-bar that meets everything asked for"
+        yield Candidate(None, reasons=("degenerate",), note=words)
 
 
-def _good_pairs(
-    shares: NDArray[np.float64], many: list[Poses], dyads: list[list[MotionDyad]], constraints: Mapping[str, Any]
+def with_moves(candidate: Candidate, poses: Poses, moved: Poses, turns: NDArray[np.float64], used: float) -> Candidate:
+    """A design for moved positions, with what it misses of those that were asked for.
+
+    Parameters
+    ----------
+    turns : (n,) float array
+        By how much each pose was turned, radians.
+    used : float
+        The largest share of a tolerance.
+    """
+    way = moved.points - poses.points
+    moves = [[float(d.real), float(d.imag), float(np.degrees(a))] for d, a in zip(way, turns)]
+    words = f"poses moved by up to {100 * used:.0f} % of their tolerances"
+    return replace(
+        candidate,
+        note=f"{candidate.note}; {words}" if candidate.note else words,
+        extra={**candidate.extra, "moved": moves, "tolerance_used": used},
+        pose_error=float(np.abs(way).max()),
+        angle_error=float(np.abs(turns).max()),
+    )
+
+
+def _good(
+    shares: NDArray[np.float64], many: list[Poses], found: list[list[Pair]], constraints: Mapping[str, Any]
 ) -> list[_Find]:
-    """Every pair of dyads that is free of defects from one of its sides, and meets the constraints on it."""
-    pairs = [(k, a, b) for k, group in enumerate(dyads) for a, b in combinations(group, 2)]
-    pairs = [pair for pair in pairs if abs(pair[1].moving - pair[2].moving) > 1e-9 * many[pair[0]].size]
+    """The four-bars that are free of defects from one of their sides, and meet the constraints on it."""
+    pairs = [(k, pair) for k, group in enumerate(found) for pair in group]
+    pairs = [(k, p) for k, p in pairs if abs(p.dyads[0].moving - p.dyads[1].moving) > 1e-9 * many[k].size]
     if not pairs:
         return []
-    joints = np.array([[a.fixed, a.moving, b.moving, b.fixed] for _, a, b in pairs])
-    rotations = np.stack([np.stack([a.turns(many[k]), many[k].angles, b.turns(many[k])], axis=-1) for k, a, b in pairs])
+    joints = np.array([[a.fixed, a.moving, b.moving, b.fixed] for a, b in (pair.dyads for _, pair in pairs)])
+    rotations = np.stack(
+        [np.stack([p.dyads[0].turns(p.poses), p.poses.angles, p.dyads[1].turns(p.poses)], axis=-1) for _, p in pairs]
+    )
     lengths = np.abs(np.roll(joints, -1, axis=1) - joints)
     usable = lengths.max(axis=1) <= constraints.get("max_link_ratio", LINK_RATIO) * lengths.min(axis=1)
+    usable &= lengths.min(axis=1) > 0
+    joints = np.where(usable[:, None], joints, np.array([0, 1j, 2 + 1j, 3]))  # any other keeps the formulas quiet
     for axis, values in (("x", joints[:, [0, 3]].real), ("y", joints[:, [0, 3]].imag)):
         if axis in (box := constraints.get("pivots_in", {})):
             usable &= np.all((values >= box[axis][0]) & (values <= box[axis][1]), axis=1)
@@ -207,17 +266,17 @@ def _good_pairs(
         good &= verdict["full_rotation"] | (not constraints.get("full_rotation", False))
         good &= verdict["min_transmission_deg"] >= constraints.get("min_transmission_deg", 0.0)
         best = np.where(good, np.maximum(best, verdict["min_transmission_deg"]), best)
-    return [_Find(shares[k], many[k], (a, b), float(angle)) for (k, a, b), angle in zip(pairs, best) if angle >= 0]
+    return [_Find(shares[k], many[k], pair, float(angle)) for (k, pair), angle in zip(pairs, best) if angle >= 0]
 
 
-def _drawn_back(poses: Poses, zones: Tolerances, find: _Find, constraints: Mapping[str, Any]) -> _Find:
+def _drawn_back(source: Source, poses: Poses, zones: Tolerances, find: _Find, constraints: Mapping[str, Any]) -> _Find:
     """The same design with the smallest share of its tolerances, on the straight way, that keeps it good."""
     low, high, best = 0.0, 1.0, find
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         shares = middle * find.shares
         moved = zones.moved(poses, shares)
-        near = _good_pairs(shares[None], [moved], dyads_of_many([moved]), constraints)
+        near = _good(shares[None], [moved], [source.follow(best.pair, moved)], constraints)
         near = [other for other in near if _distance(other, best) < 5 * SAME_CHOICE * poses.size]
         if near:
             best, high = min(near, key=lambda other: _distance(other, best)), middle

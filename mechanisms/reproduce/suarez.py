@@ -172,8 +172,11 @@ def _four_bars(poses: int) -> tuple[list[Any], int]:
 def _solve(problem: Any, certificates: bool = False) -> Any:
     from mechanisms.catalogue import generic
     from solvers import solve
+    from solvers.simple_ends import with_simple_ends
 
-    return solve(problem.system, problem.parameters, generic(problem.catalogue), seed=1, certificates=certificates)
+    start = generic(problem.catalogue)
+    found = solve(problem.system, problem.parameters, start, seed=1, certificates=certificates)
+    return with_simple_ends(problem.system, found)
 
 
 def _nearest(

@@ -221,7 +221,7 @@ def test_given_lengths_are_kept():
         (4, 2, {"sequence": [0, 1, 2, 3, 4]}, "give the numbers 0 to 5"),
         (4, 2, {"sequence": [1, 0, 2, 3, 4, 5]}, "0 first"),
         (5, 0, {"sequence": [0, 1, 2, 3, 4]}, "reorder it"),
-        (4, 2, {"tolerance_x": [1.0] * 4}, "leave it out"),
+        (4, 2, {"dyad1": 3.0}, "leave it out"),
     ],
 )
 def test_tasks_that_do_not_add_up_are_refused(poses, points, free, words):

@@ -21,6 +21,8 @@ def test_second_example_to_all_digits():
     """Looked up among all trammels and all four-bars; defect-free when it is moved."""
     found = suarez._example(7)
     assert Counter(item.verdict for item in found) == {"agrees": 15, "misprint": 1, "inferred": 2}
+    # Two pairs of complex four-bars have coordinates from 1e-8 to 1e6, and are roots all the same.
+    assert [item.ours[0] for item in found if item.kind == "inferred"] == [560, 3200]
 
 
 @pytest.mark.slow

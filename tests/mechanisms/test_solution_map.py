@@ -189,3 +189,18 @@ def test_a_number_beside_a_range_puts_a_pivot_on_a_line():
     found = synthesize(task(LIFT[:3], free=free)).designs
     pivots = [z for design in found for z in design.pivots.values()]
     assert len(pivots) >= 4 and max(abs(z.imag + 40) for z in pivots) < 1e-9
+
+
+def test_pivots_are_looked_for_inside_their_regions():
+    fixed, moving = Region((-20, 20), (-80, 0)), Region((-90, 90), (-60, 60))
+    for count in (2, 3):
+        pool = sampled_pool(Poses.of(LIFT[:count]), 128, fixed, moving, seed=1)
+        assert len(pool) > 40
+        assert np.all(fixed.holds(pool.fixed)) and np.all(moving.holds(pool.moving))
+        assert max(pool.dyad(k).errors(Poses.of(LIFT[:count])).max() for k in range(len(pool))) < 1e-9
+
+
+def test_regions_that_no_dyad_has_are_said():
+    free = {"O1_x": [500, 501], "O1_y": [0, 1], "A1_x": [0, 1], "A1_y": [0, 1]}
+    (design,) = synthesize(task(LIFT[:3], free=free)).designs
+    assert design.reasons == ("degenerate",) and "no dyad 1 has its pivots where" in design.note

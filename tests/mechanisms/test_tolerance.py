@@ -10,7 +10,8 @@ from mechanisms import Task, TaskError, synthesize
 from mechanisms.families.base import BODY
 from mechanisms.families.burmester import five_pose_dyads
 from mechanisms.families.motion_dyads import Poses
-from mechanisms.families.tolerance import Tolerances, dyads_of_many, tolerance_candidates
+from mechanisms.families.tolerance import Tolerances, tolerance_candidates
+from mechanisms.families.tolerance_sources import FivePoses, dyads_of_many
 
 EXAMPLE = "examples/four_bar_tolerances.toml"
 
@@ -51,7 +52,7 @@ def test_the_same_seed_gives_the_same_designs():
     poses = Poses.of(Task.from_file(EXAMPLE).poses[BODY])
     zones = Tolerances(*np.array([[0, 3, 3, 3, 0], [0, 3, 3, 3, 0], [0, 0.05, 0.05, 0.05, 0]], float))
     one, two = (
-        [candidate.parameters["O1"] for candidate in tolerance_candidates(poses, zones, 7, {}, trials=128)]
+        [candidate.parameters["O1"] for candidate in tolerance_candidates(FivePoses(), poses, zones, 7, {}, trials=128)]
         for _ in range(2)
     )
     assert one == two and len(one) > 1
@@ -60,7 +61,7 @@ def test_the_same_seed_gives_the_same_designs():
 def test_without_tolerance_nothing_moves():
     poses, _ = four_bar_poses(np.random.default_rng(3))
     zero = np.zeros(5)
-    for candidate in tolerance_candidates(poses, Tolerances(zero, zero, zero), 0, {}, trials=16):
+    for candidate in tolerance_candidates(FivePoses(), poses, Tolerances(zero, zero, zero), 0, {}, trials=16):
         assert candidate.pose_error == 0.0
         assert candidate.extra["tolerance_used"] == 0.0
 
@@ -68,7 +69,7 @@ def test_without_tolerance_nothing_moves():
 @pytest.mark.parametrize(
     ("count", "values", "words"),
     [
-        (4, [1.0] * 4, "are for five poses"),
+        (4, [1.0] * 5, "5 values for 4 poses"),
         (5, [1.0] * 4, "4 values for 5 poses"),
         (5, [1, 1, -1, 1, 1], "negative"),
     ],

@@ -157,7 +157,7 @@ def test_what_there_is_moves_with_the_task():
     ("rows", "free", "words"),
     [
         ([(0, 0, 5), (1, 0, 5), (2, 1, 5), (3, 5, 5)], {}, "two crossed slides with a drive for each"),
-        (THREE, {"O1_x": 0, "O1_y": 0, "L_ground": 70, "L_link2": 50}, "leave its place open"),
+        (THREE, {"O1_x": 0, "O1_y": 0, "L_ground": 70, "L_link2": 50}, "leave its place open; give pivots"),
     ],
 )
 def test_parallel_poses_without_such_a_linkage_are_refused(rows, free, words):

@@ -136,3 +136,14 @@ def test_what_was_appended_survives_sigkill(tmp_path):
         assert len(chunks) >= 21
         assert all(chunk["x"].tolist() == [n] * 3 for n, chunk in chunks.items())
         run.append("s", len(chunks), {"x": np.zeros(1)})
+
+
+def test_chunks_can_be_read_one_by_one(tmp_path):
+    with RunFile.create(tmp_path / "run.db", {}) as run:
+        for number in (3, 0, 7):
+            run.append("stage", number, {"x": np.full(2, number), "y": np.ones((1, 2))})
+        run.append("other", 1, {"x": np.zeros(1)})
+        assert run.numbers("stage") == [0, 3, 7] and run.numbers("none") == []
+        assert run.chunk("stage", 3)["x"].tolist() == [3, 3] and set(run.chunk("stage", 3)) == {"x", "y"}
+        with pytest.raises(KeyError):
+            run.chunk("stage", 1)
