@@ -14,7 +14,7 @@ Nothing is decided on one radius: two in a row must agree on m and on the limit.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -191,6 +191,8 @@ class _Walk:
 
     def __init__(self, engine, equations, target, direction, settings, ends: Ends) -> None:
         self.engine, self.equations, self.settings, self.ends = engine, equations, settings, ends
+        # A corner of a loop is short: most are turned in one step.
+        self.round = replace(settings, first_step=1.0, largest_step=1.0)
         self.program, self.typical = engine.program, engine.size
         self.target, self.direction = target, direction
         count, size = ends.x.shape
@@ -398,7 +400,7 @@ class _Walk:
                     x,
                     self.target + b * self.direction,
                     (a - b) * self.direction,
-                    settings=self.settings,
+                    settings=self.round,
                 )
                 self.ends.ticks[rows[active]] += done.ticks
                 alive = done.status == REACHED

@@ -150,7 +150,6 @@ def newton_double_double(
     n, k = points.shape
     hi, lo = points.hi.copy(), points.lo.copy()
     errors = np.full(n, np.inf)
-    constants = [DoubleDouble.of(value) for value in residual.constants]
     start = np.abs(hi).max(axis=1, initial=0.0)
     C = np.full((n, k, len(residual.outputs["F"])), np.nan, np.complex128)
     stale = np.ones(n, bool)  # whose Jacobian has to be found again
@@ -163,7 +162,7 @@ def newton_double_double(
             C[fresh] = _left_inverses(jacobian, hi[fresh], _rows(parameters.hi, fresh))
             x = DoubleDouble(hi[active], lo[active])
             here = DoubleDouble(_rows(parameters.hi, active), _rows(parameters.lo, active))
-            F = double_double.replay(residual, x, here, constants=constants)["F"]
+            F = double_double.replay(residual, x, here)["F"]
             dx = np.matmul(C[active], F.hi[..., None])[..., 0]
             x = x - dx
             size = np.abs(x.hi).max(axis=1)

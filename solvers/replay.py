@@ -7,6 +7,7 @@ nothing here loads it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -78,12 +79,10 @@ def sizes(program: Program, points: np.ndarray, parameters: np.ndarray) -> np.nd
     return np.array([np.broadcast_to(slots[k], len(points)) for k in wanted.tolist()]).T
 
 
-def compiled_loops() -> Any:
-    """The compiled loops, if the kernel is there."""
+def compiled_loops(name: str = "sweep") -> Any:
+    """The compiled loops for doubles and discs, or those for double-doubles, if the kernel is there."""
     from solvers.kernel.compiled import kernel_is_loaded
 
     if not kernel_is_loaded():
         return None
-    from solvers.kernel import sweep
-
-    return sweep
+    return import_module(f"solvers.kernel.{name}")

@@ -81,6 +81,16 @@ class Program:
         """The constants rounded to double precision, shape (constants,)."""
         return np.array([complex(float(re), float(im)) for re, im in self.constants], dtype=np.complex128)
 
+    @cached_property
+    def constant_halves(self) -> np.ndarray:
+        """The constants in double-double, shape (constants, 4): leading (re, im) and trailing (re, im)."""
+        table = np.zeros((len(self.constants), 4))
+        for k, parts in enumerate(self.constants):
+            for j, part in enumerate(parts):
+                table[k, j] = float(part)
+                table[k, j + 2] = float(part - Fraction(table[k, j]))
+        return table
+
     def __repr__(self) -> str:
         sizes = ", ".join(f"{name}: {len(slots)}" for name, slots in self.outputs.items())
         return f"Program({self.unknowns} unknowns, {len(self.code)} instructions; {sizes})"

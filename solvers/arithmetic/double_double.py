@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers.replay import compiled_loops
 from solvers.tape import Exact, Program
 
 #: Relative rounding error of an operation, a small multiple of it in truth: 2^-104.
@@ -206,7 +207,6 @@ def replay(
     unknowns: Any,
     parameters: Any = (),
     velocities: Any = None,
-    constants: Sequence[DoubleDouble] | None = None,
 ) -> dict[str, DoubleDouble]:
     """Run a program over many lanes in double-double.
 
@@ -217,8 +217,6 @@ def replay(
     unknowns : DoubleDouble or array of complex, shape (n, unknowns)
     parameters, velocities : the same, shape (parameters,) for all lanes or (n, parameters)
         A sequence of exact values will do for parameters.
-    constants : sequence of DoubleDouble, optional
-        ``[DoubleDouble.of(c) for c in program.constants]``, when a caller runs the program many times.
 
     Returns
     -------
@@ -233,20 +231,41 @@ def replay(
     >>> bool(abs(replay(program, root2)["F"].hi[0, 0]) < 1e-31)
     True
     """
-    unknowns = _coerce(unknowns)
-    if constants is None:
-        constants = [DoubleDouble.of(value) for value in program.constants]
-    out = program.replay(
-        columns(unknowns),
-        _inputs(parameters),
-        None if velocities is None else _inputs(velocities),
-        constants,
+    x = _coerce(unknowns)
+    p = _read(parameters)
+    v = _read(np.zeros(p.shape) if velocities is None else velocities)
+    constants = program.constant_halves
+    loops = compiled_loops("double_sweep")
+    if loops is None:
+        fixed = [DoubleDouble._raw(complex(*row[:2]), complex(*row[2:])) for row in constants.tolist()]
+        out = program.replay(columns(x), _inputs(p), _inputs(v), fixed)
+        return {name: stacked(values, len(x.hi)) for name, values in out.items()}
+    own = [_four(value)[None] if value.hi.ndim == 1 else _four(value) for value in (p, v)]
+    rows = max(map(len, own))
+    shape = (rows, len(constants), 4)
+    still = np.concatenate(
+        [*(np.broadcast_to(part, (rows, *part.shape[1:])) for part in own), np.broadcast_to(constants, shape)], axis=1
     )
-    return {name: stacked(values, len(unknowns.hi)) for name, values in out.items()}
+    wanted = np.concatenate([*program.outputs.values()])
+    result = np.empty((len(x.hi), len(wanted), 4))
+    loops.values(program.code, still, _four(x), wanted, result)
+    z = result[:, :, :2] + 0.0, result[:, :, 2:] + 0.0
+    hi, lo = (part.view(np.complex128)[:, :, 0] for part in z)
+    ends = np.cumsum([len(slots) for slots in program.outputs.values()])[:-1]
+    parts = zip(np.split(hi, ends, axis=1), np.split(lo, ends, axis=1))
+    return {name: DoubleDouble._raw(*part) for name, part in zip(program.outputs, parts)}
 
 
-def _inputs(values: Any) -> list[DoubleDouble]:
+def _read(values: Any) -> DoubleDouble:
     if not isinstance(values, DoubleDouble) and len(values) and isinstance(values[0], tuple):
-        values = DoubleDouble.of(values)
-    values = _coerce(values)
+        return DoubleDouble.of(values)
+    return _coerce(values)
+
+
+def _inputs(values: DoubleDouble) -> list[DoubleDouble]:
     return columns(values) if values.hi.ndim == 2 else [values[k] for k in range(len(values.hi))]
+
+
+def _four(values: DoubleDouble) -> np.ndarray:
+    """Leading and trailing parts as four doubles along a last axis."""
+    return np.stack([values.hi.real, values.hi.imag, values.lo.real, values.lo.imag], axis=-1)

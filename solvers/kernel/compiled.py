@@ -140,7 +140,7 @@ class Run:
             tolerance=float(settings.tolerance),
             noise=float(settings.noise),
             largest=settings.largest_step * length,
-            first=0.05 * length,
+            first=settings.first_step * length,
             smallest=float(settings.smallest_step),
             ticks=float(settings.ticks),
             infinity=float(settings.infinity),

@@ -7,14 +7,13 @@ paths that the fixed order of elimination has failed, and for dense systems too 
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from solvers.kernel.lanes import any_lane, fma, load, maximum, negative, select, splat, store
-from solvers.tape import ADD, ARITY, FMA, FMS, FNMA, INV, MUL, SQR, SUB, Exact, Program
+from solvers.tape import ADD, ARITY, FMA, FMS, FNMA, INV, MUL, SQR, SUB, Program
 
 
 class Bytecode(NamedTuple):
@@ -68,22 +67,12 @@ def bytecode(program: Program, names: tuple[str, ...], first: int, stride: int =
         written.append((op, target, *rows))
     return Bytecode(
         code=np.array(written, np.int32).reshape(-1, 5),
-        constants=exact_rows(program.constants)[:, :stride].copy(),
+        constants=program.constant_halves[:, :stride].copy(),
         first=first,
         rows=top,
         outputs=np.array([row[slot] for slot in outputs], np.int32),
         pattern=np.ascontiguousarray(program.pattern),
     )
-
-
-def exact_rows(constants: tuple[Exact, ...]) -> np.ndarray:
-    """Exact constants as rows (re, im, trailing re, trailing im), shape (constants, 4)."""
-    table = np.zeros((len(constants), 4))
-    for k, parts in enumerate(constants):
-        for j, part in enumerate(parts):
-            table[k, j] = float(part)
-            table[k, j + 2] = float(part - Fraction(table[k, j]))
-    return table
 
 
 @njit

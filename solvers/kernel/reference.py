@@ -47,8 +47,9 @@ class Settings:
         The correction ends when the next Newton step would be below it (relative to the unknowns).
     noise : float
         Newton steps of this size may be rounding errors.
-    largest_step : float
-        As a fraction of the whole line from start to end.
+    first_step, largest_step : float
+        As fractions of the whole line from start to end; the first step is the smaller one of this and of a step
+        that moves the unknowns by a few per cent.
     smallest_step : float
         Relative to r; below it double precision cannot tell the two ends of a step apart.
     ticks : int
@@ -63,6 +64,7 @@ class Settings:
     safety: float = 2.3
     tolerance: float = 1e-7
     noise: float = 1e-6
+    first_step: float = 0.05
     largest_step: float = 0.25
     smallest_step: float = 1e-11
     ticks: int = 4000
@@ -350,7 +352,7 @@ class _Lanes:
         """Move the unknowns by a few per cent at most."""
         with np.errstate(all="ignore"):
             speed = np.max(np.abs(tangent) / self.weights, axis=0)
-            return np.minimum(0.03 / np.maximum(speed, 1e-30), 0.05 * self.length)
+            return np.minimum(0.03 / np.maximum(speed, 1e-30), self.settings.first_step * self.length)
 
     def _reject(self, bad: np.ndarray, theta: np.ndarray) -> None:
         a = self.settings.contraction
