@@ -29,7 +29,7 @@ from solvers.points import PointSet
 from solvers.simple_ends import simple_ends
 from solvers.start import START_VANISHES
 from solvers.system import System
-from solvers.tape import Builder, Node
+from solvers.tape import Builder, Node, Program
 from solvers.tracking import Run, track_all
 
 __all__ = ["Blocks", "Cell", "regenerate"]
@@ -112,7 +112,7 @@ def regenerate(blocks: Blocks, values: Any, seed: int = 0, run: Run | None = Non
 
     Examples
     --------
-    Two conics, given by points: c is a local unknown of each, x and y are the groups.
+    Two blocks of two bilinear equations; c is a local unknown of the first, d of the second.
 
     >>> from sympy import symbols
     >>> x, y, a, b, c, d = symbols("x y a b c d")
@@ -154,7 +154,7 @@ class _Work:
             [f for functions in self.blocks.groups for f in functions],
             self.blocks.system.unknowns[: self.blocks.design],
         )
-        self.homotopies: dict[int, Homotopy] = {}
+        self.programs: dict[int, Program] = {}
 
     def _random(self, *shape: int) -> np.ndarray:
         return np.exp(2j * np.pi * self.rng.random(shape))
@@ -231,8 +231,8 @@ class _Work:
         going = np.zeros((len(blocks.belongs), max(self.widths)), np.complex128)
         row = 0
         offsets = np.cumsum([0, *self.widths])
-        for group, count in enumerate(slices):
-            held[row : row + count, offsets[group] : offsets[group + 1]] = self.slices[group][:count]
+        for own, count in enumerate(slices):
+            held[row : row + count, offsets[own] : offsets[own + 1]] = self.slices[own][:count]
             row += count
         for k, group in enumerate(blocks.belongs):
             if group is not None:
@@ -243,11 +243,10 @@ class _Work:
         mixed = np.linalg.qr(rng.normal(size=(left, left)) + 1j * rng.normal(size=(left, left)))[0] @ held
         still = np.concatenate([mixed.ravel(), going.ravel(), np.concatenate(self.local), self.values])
         size = len(blocks.belongs)
-        if done not in self.homotopies:
-            self.homotopies[done] = self._program(done, left)
-        program = self.homotopies[done].program
+        if done not in self.programs:
+            self.programs[done] = self._program(done, left)
         return Homotopy(
-            program=program,
+            program=self.programs[done],
             start=np.concatenate([self.gammas, np.zeros(size), still]),
             target=np.concatenate([np.zeros(size), np.ones(size), still]),
             starts=Listed(points),
@@ -257,7 +256,7 @@ class _Work:
             seed=self.seed,
         )
 
-    def _program(self, done: int, left: int) -> Homotopy:
+    def _program(self, done: int, left: int) -> Program:
         blocks, size = self.blocks, len(self.blocks.belongs)
         total, widest = sum(self.widths), max(self.widths)
         unknowns = blocks.design + done * blocks.locals
@@ -289,7 +288,7 @@ class _Work:
             cut = builder.total([builder.multiply(c, f) for c, f in zip(going[k], own)])
             start = builder.multiply(cut, _form(builder, local[k], x[-blocks.locals :]))
             nodes.append(builder.add(builder.multiply(first[k], start), builder.multiply(last[k], target)))
-        return Homotopy(builder.finish({"F": nodes}), np.zeros(0), np.zeros(0), Listed(np.zeros((0, unknowns))))
+        return builder.finish({"F": nodes})
 
 
 def _form(builder: Builder, coefficients: Sequence[Node], unknowns: Sequence[Node]) -> Node:

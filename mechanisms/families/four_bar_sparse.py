@@ -12,8 +12,8 @@ tenth of them.  With M = x + iy, ζ = −e − ig and X = A − M a dyad's equat
 * The turn at every point is kept.  Roots of the eliminated form at which ζ = ω = 0, which mean nothing, are at
   infinity then, where they are told sooner than as multiple roots.
 
-Mixed volumes, for the paper's choices: 4800 for six points, 25,984 for seven, 158,464 for eight.  Regeneration, point by
-point, counts eight on 75,000 paths, and nine, in the unknowns of `nine_point_system`, on 97,000.
+Mixed volumes, for the paper's choices: 4800 for six points, 25,984 for seven, 158,464 for eight.  Regeneration, point
+by point, counts eight on 75,000 paths, and nine, in the unknowns of `nine_point_system`, on 97,000.
 """
 
 from __future__ import annotations

@@ -9,7 +9,10 @@ from mechanisms.families.four_bar_sparse import as_curve_roots, sparse_blocks, s
 from solvers.choose_start import choose_start
 
 
-@pytest.mark.parametrize("points, chosen", [(6, CHOSEN[6]), (7, CHOSEN[7]), (8, CHOSEN[8]), (8, ("L_MR",)), (7, ("x_M", "e")), (7, ("L_NS", "f"))])
+@pytest.mark.parametrize(
+    "points, chosen",
+    [(6, CHOSEN[6]), (7, CHOSEN[7]), (8, CHOSEN[8]), (8, ("L_MR",)), (7, ("x_M", "e")), (7, ("L_NS", "f"))],
+)
 def test_both_forms_have_the_same_roots(points, chosen):
     """A root of one, written in the unknowns of the other by what these mean, solves it; the way back leads home."""
     root, parameters = curve_instance(points, chosen, np.random.default_rng(points))

@@ -48,16 +48,14 @@ def test_stages_lie_on_their_slices_and_meet_their_blocks():
     values = np.random.default_rng(5).normal(size=(12, 2)) @ [1, 1j]
     cells = {(cell.blocks, cell.slices): cell for cell in regenerate(blocks, values)}
     points = cells[2, (1, 1)].points
-    first = System(
-        blocks.system.equations[:6], blocks.system.unknowns[:8], blocks.system.parameters
-    )
+    first = System(blocks.system.equations[:6], blocks.system.unknowns[:8], blocks.system.parameters)
     assert np.abs(first.evaluate(points, values)[0]).max() < 1e-9
     # one slice for each dyad leaves two unknowns, and two equations of bidegree (2, 2)
     assert len(points) <= 8
 
 
 def test_same_roots_as_a_start_system_made_at_once():
-    x, y, a, b, c, d = symbols("x y a b c d")
+    x, y, c, d = symbols("x y c d")
     rng = np.random.default_rng(2)
     equations = []
     for local in (c, d):
