@@ -1,10 +1,19 @@
-"""How many coupled serial chains pass 2N + 1 points, by gear ratios: complex and real, with the ledger of each
-solve.
+"""How many coupled serial chains pass 2N + 1 points, by gear ratios −3 … 3 in halves: complex and real, with evidence.
 
-    python -m benchmarks.chain_counts [--links 2|3] [--most PATHS] [--tasks N] [--json]
+    python -m benchmarks.chain_counts [--links 2|3] [--most BOUND] [--table FILE] [--json]
 
-Every complex count comes from one solve at complex random displacements by the multihomogeneous homotopy; real
-counts from tasks made of known random chains, each reached by a parameter homotopy from the complex solve.
+Neither the order of the links nor a common factor of the exponents changes a count, so that 11 ratios of two links
+make 9 kinds, and 55 pairs of ratios of three links 44.  Those whose proved bound, the mixed volume of
+`chain_paths.root_bound`, is at most `--most` are solved; each finished kind is appended to the table at
+once, and what the table holds is printed and not solved again (a table of the version that is released lies beside
+this file; give another FILE to count anew).
+
+The complex count is the size of the union of two monodromy runs (more, if need be), each from its own random chain:
+from how many roots both have found, capture and recapture must estimate just as many (Lincoln and Petersen; a root
+missed by a run of n roots that misses m is missed by both with a chance of m/n).  The trace test is made where it is
+quick.  Two links are solved by the multihomogeneous homotopy too, every path accounted for.  The real counts are those
+of tasks made of random known chains, reached by a parameter homotopy: the known chain must be among the real ones, and
+the mirror image of every root among the roots (else a root is missing, and the parity of the real count wrong).
 """
 
 from __future__ import annotations
@@ -13,74 +22,157 @@ import argparse
 import itertools
 import json
 import time
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mechanisms.families import chain_paths as paths
-from mechanisms.families.chain import SerialChain, whole_exponents
+from mechanisms.families.chain import SerialChain
+from mechanisms.families.reality import real_roots
 from solvers import Solutions, solve
+from solvers.points import PointSet
+from solvers.trace import trace_test
 
-HALVES = [k / 2 for k in range(-6, 7) if k not in (0, 2)]
+#: Twice the ratios after the first: −3 … 3 in halves without 0 and 1, with which a link is of no use.
+HALVES = [k for k in range(-6, 7) if k not in (0, 2)]
+#: Monodromy runs at most.
+RUNS = 6
+#: A trace test that fails is made again along other lines so often.
+TESTS = 6
+#: Roots up to which the trace test is made: it follows two or three times as many points as there are roots.
+TRACED = 2_000
+#: Paths of the multihomogeneous homotopy up to which it is followed as well.
+HOMOTOPY = 20_000
+#: Mirror images are found at this distance, relative.
+NEAR = 1e-7
+#: Tasks from known chains.
+TASKS = 3
+TABLE = Path(__file__).with_suffix(".jsonl")
 
 
-def generic(exponents: tuple[int, ...], seed: int = 0) -> Solutions:
-    """All chains at complex displacements, those with a rotation of zero left out."""
-    rng = np.random.default_rng([seed, *map(abs, exponents)])
-    values = rng.normal(size=(4 * len(exponents), 2)) @ [1, 1j]
-    system = paths.path_system(exponents)
-    found = solve(system, values, start="multihomogeneous", seed=seed, certificates=False)
-    keep = paths.is_rotation(found.points, len(exponents))
-    found.points, found.paths = found.points[keep], found.paths[keep]
-    return found
+def kinds(links: int) -> dict[tuple[int, ...], list[list[float]]]:
+    """Every kind of exponents, with the ratios R1 … that are of this kind; the smallest exponents first.
+
+    >>> kinds(2)[(-1, 2)]
+    [[-2.0], [-0.5]]
+    """
+    found: dict[tuple[int, ...], list[list[float]]] = {}
+    for halves in itertools.combinations(HALVES, links - 1):
+        found.setdefault(paths.kind_of((2, *halves)), []).append([k / 2 for k in halves])
+    return {kind: found[kind] for kind in sorted(found, key=lambda kind: (paths.paths_to_track(kind), kind))}
 
 
-def real_counts(found: Solutions, ratios: tuple[float, ...], tasks: int, seed: int = 0) -> list[int]:
-    """Numbers of real chains through the points of random known chains; the known one must be among them."""
-    exponents, counts = whole_exponents(ratios), []
+def complex_chains(exponents: tuple[int, ...]) -> tuple[Solutions, dict[str, Any]]:
+    """All chains at random complex displacements: the union of independent runs, the overlap of which is its proof."""
+    found, runs = paths.generic_chains(exponents, 1), []
+    runs.append(len(found))
+    for seed in range(2, RUNS + 1):
+        other = paths.generic_chains(exponents, seed)
+        runs.append(len(other))
+        before = len(found)
+        found, both = paths.united(found, other, paths.path_system(exponents))
+        estimate = before * len(other) / max(both, 1)
+        if round(estimate) == len(found):
+            break
+    return found, {"complex": len(found), "runs": runs, "estimate": round(estimate, 2)}
+
+
+def traced(exponents: tuple[int, ...], found: Solutions) -> dict[str, Any]:
+    """The trace test, along a few lines of displacements; failing, it may have missed points of its own."""
+    for seed in range(TESTS):
+        test = trace_test(paths.path_system(exponents), found.parameters, found.points, seed=seed)
+        if test.passed:
+            break
+    return {"passed": test.passed, "residual": float(f"{test.residual:.1e}"), "tests": seed + 1}
+
+
+def by_homotopy(exponents: tuple[int, ...], seed: int = 0) -> dict[str, int]:
+    """Chains by the multihomogeneous homotopy at other displacements, and its ledger."""
     rng = np.random.default_rng(seed)
-    for _ in range(tasks):
-        z = rng.normal(size=(len(ratios) + 1, 2)) @ [1, 1j]
-        known = SerialChain(z[0], tuple(z[1:]), ratios)
-        phi = np.r_[0.0, np.sort(rng.uniform(0.2, 3.0, 2 * len(ratios)))]
-        points = known.tip(phi)
-        values, _ = paths.path_parameters(points)
-        system = paths.path_system(exponents)
-        here = solve(system, values, start=found, seed=seed, certificates=False)
-        chains = [chain for _, chain, _ in paths.real_chains(here, exponents, points)]
-        if not any(np.allclose(chain.links, known.links, rtol=1e-5, atol=1e-6) for chain in chains):
-            raise AssertionError(f"the known chain {known} is not among {len(chains)} real ones")
-        counts.append(len(chains))
-    return counts
+    values = rng.normal(size=(4 * len(exponents), 2)) @ [1, 1j]
+    found = solve(paths.path_system(exponents), values, start="multihomogeneous", seed=seed, certificates=False)
+    return {"chains": int(paths.is_rotation(found.points, len(exponents)).sum()), **found.ledger.as_dict()}
 
 
-def rows(links: int, most: int, tasks: int) -> list[dict[str, Any]]:
-    """One row for each set of ratios, simplest first; those with too many paths are listed unsolved."""
-    table: list[dict[str, Any]] = []
-    seen: dict[tuple[int, ...], Solutions] = {}
-    choices = [(1.0, *c) for c in itertools.combinations(HALVES, links - 1)]
-    for ratios in sorted(choices, key=lambda r: paths.paths_to_track(whole_exponents(r))):
-        exponents = whole_exponents(ratios)
-        count = paths.paths_to_track(exponents)
-        row: dict[str, Any] = {"ratios": ratios[1:], "exponents": exponents, "paths": count}
-        if count <= most:
-            start = time.perf_counter()
-            found = seen.setdefault(exponents, generic(exponents))
-            row |= {"complex": len(found.points), "failed": found.ledger.failed, "ledger": found.ledger.as_dict()}
-            row["seconds"] = round(time.perf_counter() - start, 1)
-            row["real"] = real_counts(found, ratios, tasks)
-        table.append(row)
-        print(json.dumps(row), flush=True)
-    return table
+def real_chains(found: Solutions, exponents: tuple[int, ...], seed: int) -> dict[str, int]:
+    """Roots, real chains and roots without a mirror image for the points of one random known chain.
+
+    Roots with links a hundred thousand times the size of the path, rotations next to one another, are simple but
+    singular to sixteen digits: they are counted too.
+    """
+    links = len(exponents)
+    rng = np.random.default_rng([seed, *map(abs, exponents)])
+    z = rng.normal(size=(links + 1, 2)) @ [1, 1j]
+    known = SerialChain(z[0], tuple(z[1:]), tuple(p / exponents[0] for p in exponents))
+    points = known.tip(np.r_[0.0, np.sort(rng.uniform(0.2, 3.0, 2 * links))])
+    values, size = paths.path_parameters(points)
+    here = solve(paths.path_system(exponents), values, start=found, seed=seed, certificates=False)
+    simple = here.singular.points[here.singular.multiplicity == 1]
+    every, mirror = np.concatenate([here.points, simple]), paths.path_mirror(links)
+    real = np.flatnonzero(real_roots(every, mirror))
+    chains = [paths.chains_of(every[k], exponents, points[0], size)[0] for k in real]
+    if not any(np.allclose(chain.links, known.links, rtol=1e-5, atol=1e-6) for chain in chains):
+        raise AssertionError(f"the known chain {known} is not among {len(chains)} real ones")
+    roots = PointSet(every.shape[1], NEAR)
+    roots.add(every)
+    alone = roots.find(mirror.image(every)) < 0
+    return {"roots": len(roots), "huge": len(simple), "real": len(real), "alone": int(alone.sum())}
+
+
+def count(exponents: tuple[int, ...]) -> dict[str, Any]:
+    """What is found out about one kind."""
+    begin = time.process_time()
+    found, row = complex_chains(exponents)
+    if len(found.points) <= TRACED:
+        row["trace"] = traced(exponents, found)
+    if len(exponents) == 2 and paths.paths_to_track(exponents) <= HOMOTOPY:
+        row["homotopy"] = by_homotopy(exponents)
+    row["tasks"] = [real_chains(found, exponents, seed) for seed in range(TASKS)]
+    return row | {"cpu_seconds": round(time.process_time() - begin, 1)}
+
+
+def rows(links: int, most: int, table: Path) -> Iterator[dict[str, Any]]:
+    """One row for each kind: kept ones from the table, others solved and kept, if their bound allows it."""
+    lines = table.read_text().splitlines() if table.exists() else []
+    kept = {tuple(row["exponents"]): row for row in map(json.loads, lines)}
+    for exponents, ratios in kinds(links).items():
+        row = kept.get(exponents)
+        if row is None:
+            bound = paths.root_bound(exponents)
+            row = {"exponents": exponents, "ratios": ratios, "bound": bound}
+            if bound <= most:
+                row |= count(exponents)
+                with table.open("a") as file:
+                    file.write(json.dumps(row) + "\n")
+        yield row
+
+
+def in_words(row: dict[str, Any]) -> str:
+    """A row as a line."""
+    head = f"{tuple(row['exponents'])!s:12} bound {row['bound']:>9}"
+    ratios = "R = " + ", ".join("/".join(f"{r:g}" for r in each) for each in row["ratios"])
+    if "complex" not in row:
+        return f"{head}  not counted  {ratios}"
+    agree = f"runs {'/'.join(map(str, row['runs']))}, estimate {row['estimate']:g}"
+    trace = ", trace test passed" if row.get("trace", {}).get("passed") else ""
+    homotopy = f", homotopy {row['homotopy']['chains']}" if "homotopy" in row else ""
+    real = "/".join(str(task["real"]) for task in row["tasks"])
+    lost = sum(task["alone"] + row["complex"] - task["roots"] for task in row["tasks"])
+    missing = f" ({lost} roots missing or alone)" if lost else ""
+    return f"{head} complex {row['complex']:>6} ({agree}{trace}{homotopy}), real {real}{missing}  {ratios}"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--links", type=int, default=2)
-    parser.add_argument("--most", type=int, default=20_000)
-    parser.add_argument("--tasks", type=int, default=3)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--links", type=int, choices=(2, 3), default=2)
+    parser.add_argument("--most", type=int, default=0, help="solve what the table lacks up to this bound")
+    parser.add_argument("--table", type=Path, default=TABLE)
+    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    rows(options.links, options.most, options.tasks)
+    for row in rows(options.links, options.most, options.table):
+        print(json.dumps(row) if options.json else in_words(row), flush=True)
 
 
 if __name__ == "__main__":

@@ -111,7 +111,7 @@ class Design:
     def link_ratio(self) -> float:
         """Longest over shortest distance between two joints of one link (infinite when two coincide).
 
-        On a link with a single joint the points of interest count as joints: they are its far ends.
+        On a link with a single joint the carried points count as joints: they are its far ends.
         """
         lengths = [self.links[pair] for pair in self._spans() if pair in self.links]
         return max(lengths) / min(lengths) if lengths and min(lengths) > 0 else math.inf
@@ -244,9 +244,10 @@ class Design:
     def _spans(self) -> dict[str, tuple[str, str]]:
         """The pairs of points between which links have their lengths, by their names in `links`."""
         joints, spans = self._joints(), {}
+        carried = set() if self.linkage is None else {point for _, point in self.linkage.bodies.values()}
         for points in self.linkage.links.values() if self.linkage is not None else ():
             own = [point for point in points if point in joints]
-            ends = own if len(own) > 1 else points
+            ends = own if len(own) > 1 else [point for point in points if point in joints | carried]
             spans.update({f"{a}-{b}": (a, b) for a, b in itertools.combinations(ends, 2)})
         return spans
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechanisms.animation import page, player
-from mechanisms.tables import REASONS, STAGES, headline, number
+from mechanisms.tables import REASONS, STAGES, error_cell, headline, moved_rows, number
 
 if TYPE_CHECKING:
     from mechanisms.designs import Design
@@ -87,7 +87,7 @@ def _designs_table(designs: Sequence[Design], unit: str) -> str:
                 ("yes" if design.full_rotation else "no") if design.verdicts else "–",
                 number(design.link_ratio, 3),
                 number(design.extent),
-                "–" if design.worst_pose_error is None else f"{design.worst_pose_error:.0e}",
+                error_cell(design.worst_pose_error),
                 design.note,
             ]
         )
@@ -106,8 +106,10 @@ def _card(design: Design, result: Result) -> str:
     points = [[name, f"{z.real:.6g}", f"{z.imag:.6g}"] for name, z in linkage.points.items()]
     lengths = [[pair, f"{length:.6g}"] for pair, length in design.links.items()]
     parameters = [[name, _value(value)] for name, value in design.parameters.items()]
+    moved = moved_rows(design)
     sheet = (
-        _table([f"point {unit}".strip(), "x", "y"], points)
+        (_table([f"position moved {unit}".strip(), "x", "y", "angle °"], moved) if moved else "")
+        + _table([f"point {unit}".strip(), "x", "y"], points)
         + _table([f"length {unit}".strip(), ""], lengths)
         + _table(["parameter", ""], parameters)
     )

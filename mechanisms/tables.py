@@ -14,7 +14,16 @@ if TYPE_CHECKING:
     from mechanisms.designs import Design
     from mechanisms.result import Result
 
-__all__ = ["design_sheet", "families_table", "funnel_table", "headline", "result_table"]
+__all__ = [
+    "design_sheet",
+    "error_cell",
+    "families_table",
+    "funnel_table",
+    "headline",
+    "moved_rows",
+    "number",
+    "result_table",
+]
 
 #: What the reason codes mean to a reader who sees them for the first time.
 REASONS = {
@@ -132,6 +141,8 @@ def result_table(designs: Sequence[Design], unit: str = "", width: int = 160) ->
 _WRAPPING = {"verdict": 20, "note": 17}
 #: Columns that are left out where there is no room, the first first.
 _DROPPED_FIRST = ("angle", "full", "extent", "choices", "pose")
+#: Errors above this are no rounding but the design's, and shown like other numbers.
+_MEANT = 1e-4
 #: Larger angle errors (radians) are worth a column.
 _TELLING_ANGLE = 1e-9
 
@@ -160,8 +171,8 @@ def _columns(designs: Sequence[Design], unit: str) -> dict[str, list[str]]:
             "full\nturn": ("yes" if design.full_rotation else "no") if design.verdicts else "–",
             "link\nratio": number(design.link_ratio, 3) if built else "–",
             extent: number(design.extent, 4) if built else "–",
-            "pose\nerror": _error(design.worst_pose_error),
-            "angle\nerror °": _error(design.worst_angle_error, 180 / math.pi),
+            "pose\nerror": error_cell(design.worst_pose_error),
+            "angle\nerror °": error_cell(design.worst_angle_error, 180 / math.pi),
             "choices free\nof defects": "–" if share is None else _percent(share),
             "note": design.note,
         }
@@ -223,9 +234,18 @@ def design_sheet(design: Design, result: Result) -> RenderableType:
     ]
     heads = ("driven link", "one circuit", "one branch", "in order", "full turn", "transm. °")
     block("Motion", verdicts, heads)
+    block(f"Moved{f' ({unit})' if unit else ''}", moved_rows(design), ("position", "x", "y", "angle °"))
     for name, value in design.extra.items():
+        if name == "moved":
+            continue
         parts.append(f"{name.replace('_', ' ')}: {value:.4g}" if isinstance(value, float) else f"{name}: {value}")
     return Group(*parts)
+
+
+def moved_rows(design: Design) -> list[tuple[str, ...]]:
+    """How far a design misses each position on purpose, within tolerances: number, x, y, degrees; else no rows."""
+    moved = design.extra.get("moved", ())
+    return [(str(k), *(f"{value:+.4g}" if value else "0" for value in row)) for k, row in enumerate(moved)]
 
 
 def families_table() -> RenderableType:
@@ -279,8 +299,15 @@ def _explained(code: str) -> str:
     return f"{code}: {REASONS[code]}" if code in REASONS else code
 
 
-def _error(value: float | None, unit: float = 1.0) -> str:
-    return "–" if value is None else f"{unit * value:.0e}" if value else "0"
+def error_cell(value: float | None, unit: float = 1.0) -> str:
+    """An error for a table: the power of ten of rounding, the digits of what a design misses on purpose.
+
+    >>> error_cell(3.2e-14), error_cell(3.5365), error_cell(0.0), error_cell(None)
+    ('3e-14', '3.54', '0', '–')
+    """
+    if value is None:
+        return "–"
+    return f"{unit * value:.0e}" if 0 < value < _MEANT else number(unit * value, 3)
 
 
 def _percent(share: float) -> str:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from solvers.homotopy import Homotopy
-from solvers.mixed_cells import MixedCells, TooManyCells, mixed_cells
+from solvers.mixed_cells import MixedCells, TooManyCells
 from solvers.partition import Partition, best_partition, partition_of
-from solvers.polyhedral import polyhedral, scaled_terms
+from solvers.polyhedral import fewest_cells, polyhedral, scaled_terms
 from solvers.start import total_degree
 from solvers.start_linear_product import ChoiceGraph, Structure, linear_product
 from solvers.start_multihomogeneous import multihomogeneous
@@ -112,7 +112,7 @@ def choose_start(system: System, values: Any = None, start: Any = "auto") -> Cho
         partition = _partition(system, SEARCH)
         return Choice(start, partition.bezout, f"as asked for, with {len(partition.groups)} groups", partition)
     if start == "polyhedral":
-        cells = mixed_cells(scaled_terms(system, values)[0])
+        cells = fewest_cells(*scaled_terms(system, values))
         return Choice(start, cells.mixed_volume, "as asked for", cells=cells)
     raise ValueError(f"the start {start!r} is unknown; choose one of auto, {', '.join(STARTS)}")
 
@@ -149,7 +149,7 @@ def _cells(system: System, values: np.ndarray) -> tuple[MixedCells | None, str]:
     if len(coefficients) > MANY_TERMS:
         return None, f"the equations have {len(coefficients)} terms"
     try:
-        return mixed_cells(supports, patience=PATIENCE), ""
+        return fewest_cells(supports, coefficients, patience=PATIENCE), ""
     except TooManyCells:
         return None, "there are too many mixed cells"
 

@@ -41,9 +41,22 @@ class Generic:
         return coefficient_program(self.cells.supports)
 
     @cached_property
+    def _above(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return normals_and_heights(self.cells)
+
+    @property
     def heights(self) -> np.ndarray:
         """How fast each coefficient vanishes on the toric paths of a cell, shape (cells, terms)."""
-        return heights_above(self.cells)
+        return self._above[1]
+
+    @cached_property
+    def faded(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What `fade` makes of coefficients, (terms,), and in the coordinates of each cell of coefficients,
+        (cells, terms), and of unknowns, (cells, n).
+        """
+        fade, (normals, heights, units) = self.cells.fade, self._above
+        liftings = np.concatenate([*self.cells.liftings, np.zeros(0)])
+        return np.exp(-fade * liftings), np.exp(-fade * heights * units[:, None]), np.exp(-fade * normals)
 
     @cached_property
     def first(self) -> np.ndarray:
@@ -108,6 +121,11 @@ def heights_above(cells: MixedCells) -> np.ndarray:
     The height of γ in support i is w(γ) + ⟨γ, η⟩ less its value on the edge, and zero on the edge. The mixed cells
     are exact; for the speed of a path a rounded height is as good.
     """
+    return normals_and_heights(cells)[1]
+
+
+def normals_and_heights(cells: MixedCells) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The normals η of the cells, shape (cells, n), the heights above them in units of the lowest, and these units."""
     n = len(cells.supports)
     first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
     steps = np.empty((len(cells), n, n))
@@ -124,8 +142,9 @@ def heights_above(cells: MixedCells) -> np.ndarray:
         height[here, first[:, i]] = height[here, last[:, i]] = np.inf
         rows.append(height)
     heights = np.concatenate(rows, axis=1)
-    heights = heights / heights.min(axis=1, initial=np.inf)[:, None]
-    return np.where(np.isfinite(heights), heights, 0.0)
+    units = heights.min(axis=1, initial=np.inf)
+    heights = heights / units[:, None]
+    return normals, np.where(np.isfinite(heights), heights, 0.0), np.where(np.isfinite(units), units, 0.0)
 
 
 def coefficient_program(supports: Sequence[np.ndarray]) -> Program:

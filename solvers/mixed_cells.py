@@ -54,12 +54,16 @@ class MixedCells:
     edges : ndarray, shape (cells, n, 2), int64
         For each cell and each support the numbers of the two points of its edge.
     volumes : ndarray, shape (cells,), object (Python integers)
+    fade : float
+        Toric paths end where a coefficient is exp(−fade·lifting) of its size: 0, except for stable cells
+        (:mod:`solvers.stable_cells`), where constants that the equations do not have stay small.
     """
 
     supports: tuple[np.ndarray, ...]
     liftings: tuple[np.ndarray, ...]
     edges: np.ndarray
     volumes: np.ndarray
+    fade: float = 0.0
 
     @property
     def mixed_volume(self) -> int:
@@ -89,7 +93,11 @@ def mixed_volume(supports: Sequence[Any]) -> int:
 
 
 def mixed_cells(
-    supports: Sequence[Any], seed: int = 0, compiled: bool | None = None, patience: int = 2**60
+    supports: Sequence[Any],
+    seed: int = 0,
+    compiled: bool | None = None,
+    patience: int = 2**60,
+    raised: Sequence[Any] | None = None,
 ) -> MixedCells:
     """The mixed cells for a random lifting.
 
@@ -102,6 +110,8 @@ def mixed_cells(
         Whether to use the compiled version; by default for all but the smallest systems. The cells are the same.
     patience : int
         How many cells may be looked at in bringing in one equation.
+    raised : sequence of n integer arrays, each of shape (points,), optional
+        What is added to the random lifting of each point, of supports that are sorted and have no repetitions.
 
     Raises
     ------
@@ -123,9 +133,10 @@ def mixed_cells(
         compiled = _compiled.cache_info().currsize > 0 or n > (TINY_SYSTEM if _numba_is_warm() else SMALL_SYSTEM)
     order = _order(points)
     ordered = [points[k] for k in order]
+    higher = None if raised is None else [np.asarray(raised[k], np.int64) for k in order]
     for attempt in range(_ATTEMPTS):
         rng = np.random.default_rng([seed, attempt])
-        found = _follow(ordered, rng, compiled, patience)
+        found = _follow(ordered, rng, compiled, patience, higher)
         if found is None:
             continue
         edges, liftings = found
@@ -159,7 +170,13 @@ def _order(points: list[np.ndarray]) -> list[int]:
     return sorted(range(len(points)), key=size)
 
 
-def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool, patience: int) -> Any:
+def _follow(
+    points: list[np.ndarray],
+    rng: np.random.Generator,
+    compiled: bool,
+    patience: int,
+    raised: list[np.ndarray] | None = None,
+) -> Any:
     """Edges of the cells and the liftings, or None if the lifting was not generic."""
     n = len(points)
     if n == 0 or any(len(p) < 2 for p in points):
@@ -174,6 +191,8 @@ def _follow(points: list[np.ndarray], rng: np.random.Generator, compiled: bool, 
     for k in range(n):
         table[first[k] : first[k] + n + 1] = simplex
         table[first[k] + n + 1 : first[k + 1]] = shifted[k]
+        if raised is not None:
+            heights[first[k] + n + 1 : first[k + 1]] += raised[k]
         # The one cell of n simplices: vertex 0 and vertex k + 1 low, the others far above.
         high = [j for j in range(1, n + 1) if j != k + 1]
         heights[first[k] + np.array(high, dtype=np.int64)] += 2 ** (_LIFTING_BITS + 3)

@@ -1,11 +1,12 @@
 """Polyhedral start systems: as many paths as the mixed volume, never more.
 
 The supports of the equations, each with the constant added (Li and Wang, SIAM Journal on Mathematical Analysis 27,
-1996: then solutions with zero coordinates are counted as well), get random coefficients c of modulus one. This
-generic system is solved first: for each mixed cell its parameters move on the toric path c·exp(-r·w), where w
-are the heights of the points above the cell, from r so large that only the binomials of the cell are left, to 0
-(Huber and Sturmfels, Mathematics of Computation 64, 1995). Its solutions, as many as the mixed volume and all
-distinct, are the start points of a straight line from the coefficients c to those of the target.
+1996: then solutions with zero coordinates are counted as well; :mod:`solvers.stable_cells` leaves out what comes from
+infinity with them), get random coefficients c of modulus one. This generic system is solved first: for each mixed
+cell its parameters move on the toric path c·exp(-r·w), where w are the heights of the points above the cell, from r so
+large that only the binomials of the cell are left, to 0 (Huber and Sturmfels, Mathematics of Computation 64, 1995).
+Its solutions, as many as the mixed volume and all distinct, are the start points of a straight line from the
+coefficients c to those of the target.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from solvers.generic import KEPT, Generic
 from solvers.homotopy import Homotopy
 from solvers.mixed_cells import MixedCells, mixed_cells
+from solvers.stable_cells import stable_cells
 from solvers.supports import TERM_LIMIT, terms
 from solvers.system import System
 
@@ -62,6 +64,11 @@ class ToricPoints:
         """The mixed volume."""
         return self.cells.mixed_volume
 
+    @property
+    def reached(self) -> np.ndarray:
+        """The coefficients where the toric paths end, shape (terms,)."""
+        return self.coefficients * self.generic.faded[0]
+
     def points(self, indices: np.ndarray) -> np.ndarray:
         """Solutions of the generic system by number, shape (len(indices), unknowns).
 
@@ -75,7 +82,7 @@ class ToricPoints:
         return self._kept[wanted]
 
     def binomial_points(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where toric paths begin, and their heights: shapes (paths, unknowns) and (paths, terms)."""
+        """Where toric paths begin, shape (paths, unknowns), and their cells."""
         wanted = np.asarray(indices, np.int64)
         cell_of = self.generic.cell_of(wanted)
         at = np.cumsum([0, *map(len, self.cells.supports[:-1])])
@@ -83,7 +90,7 @@ class ToricPoints:
         angles = np.angle(-edges[:, :, 0] / edges[:, :, 1]) / (2 * np.pi)
         base = np.einsum("cij,cj->ci", self.generic.inverses, angles)
         points = np.exp(2j * np.pi * (base[cell_of] + self.generic.turns(wanted, cell_of)))
-        return points, self.generic.heights[cell_of]
+        return points, cell_of
 
     def _solve(self, indices: np.ndarray) -> np.ndarray:
         """Track toric paths; failed and clashing ones climb a ladder of tighter steps."""
@@ -92,15 +99,16 @@ class ToricPoints:
 
         ends = np.full((len(indices), len(self.cells.supports)), np.nan, np.complex128)
         doubtful = np.arange(len(indices))
+        _, coefficients, unknowns = self.generic.faded
         settings = Settings()
         for rung in range(RUNGS):
             for first in range(0, len(doubtful), BATCH):
                 batch = doubtful[first : first + BATCH]
-                starts, heights = self.binomial_points(indices[batch])
+                starts, cell_of = self.binomial_points(indices[batch])
                 tracked = self.generic.engine.track(
                     starts,
-                    self.coefficients,
-                    -heights,
+                    self.coefficients * coefficients[cell_of],
+                    -self.generic.heights[cell_of],
                     start=INVISIBLE + 2.0 * rung,
                     end=0.0,
                     settings=settings,
@@ -108,10 +116,12 @@ class ToricPoints:
                     pivoted=True,  # the binomials of each cell ask for an order of elimination of their own
                 )
                 arrived = tracked.status == REACHED
-                ends[batch] = np.where(arrived[:, None], tracked.x, np.nan)
+                ends[batch] = np.where(arrived[:, None], tracked.x * unknowns[cell_of], np.nan)
             failed = np.flatnonzero(np.isnan(ends[:, 0]))
             whole = np.flatnonzero(~np.isnan(ends[:, 0]))
-            doubtful = np.union1d(failed, whole[pairs_of_equals(ends[whole], SAME_POINT).ravel()])
+            # Near a coordinate plane points differ by the ratio of small coordinates.
+            compared = np.log(ends[whole]) if self.cells.fade else ends[whole]
+            doubtful = np.union1d(failed, whole[pairs_of_equals(compared, SAME_POINT).ravel()])
             if not len(doubtful):
                 return ends
             settings = settings.tighter()
@@ -178,18 +188,48 @@ def polyhedral(
     Homotopy(polyhedral, 6 paths, 2 unknowns)
     """
     supports, targets = scaled_terms(system, values, unknown_scale, equation_scale, zeros)
-    key = ("generic", seed if cells is None else None, *(support.tobytes() for support in supports))
-    generic = system.once(key, lambda: Generic(cells or mixed_cells(supports, seed)))
+    none = tuple(np.flatnonzero(targets == 0).tolist())  # constants that were added
+    key = ("generic", seed if cells is None else None, none, *(support.tobytes() for support in supports))
+    generic = system.once(key, lambda: Generic(cells or fewest_cells(supports, targets, seed)))
     starts = toric_points(supports, seed, generic)
     return Homotopy(
         program=generic.program,
-        start=starts.coefficients,
+        start=starts.reached,
         target=targets,
         starts=starts,
         unknown_scale=unknown_scale,
         name="polyhedral",
         seed=seed,
     )
+
+
+def fewest_cells(
+    supports: Sequence[np.ndarray], targets: np.ndarray, seed: int = 0, patience: int = 2**60
+) -> MixedCells:
+    """The mixed cells; where constants were added, the stable ones, if these are fewer solutions.
+
+    Parameters
+    ----------
+    supports : sequence of n integer arrays
+    targets : ndarray, shape (terms,)
+        The coefficients: an added constant has the coefficient zero.
+    seed, patience
+        As of :func:`solvers.mixed_cells.mixed_cells`, which see for what is raised.
+
+    Examples
+    --------
+    >>> supports = [np.array([[0, 0], [0, 1], [0, 2], [1, 3]]), np.array([[0, 0], [1, 0], [2, 0], [3, 1]])]
+    >>> [fewest_cells(supports, np.array([c, 2, 3, 5, c, 7, -4, 3])).mixed_volume for c in (0, 1)]
+    [6, 8]
+    """
+    cells = mixed_cells(supports, seed, patience=patience)
+    at = np.cumsum([0, *map(len, supports)])
+    added = [not s[:1].any() and targets[k] == 0 for s, k in zip(supports, at)]
+    if any(added):
+        stable = stable_cells(supports, added, seed, patience)
+        if stable is not None and stable.mixed_volume < cells.mixed_volume:
+            return stable
+    return cells
 
 
 def scaled_terms(

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -30,26 +31,35 @@ if TYPE_CHECKING:
 __all__ = [
     "ROOT_COUNTS",
     "chains_of",
+    "generic_chains",
+    "kind_of",
     "path_mirror",
     "path_parameters",
     "path_system",
     "real_chains",
+    "root_bound",
     "root_count",
+    "united",
 ]
 
-#: Finite roots with nonzero rotations of general points, by the whole exponents in order: neither the order of
-#: the links nor the sign of all exponents changes the number.  Found with complex points by multihomogeneous
-#: homotopies whose every path is accounted for (benchmarks/chain_counts.py).
+#: Finite roots with nonzero rotations of general points, by the kind of exponents (`kind_of`).  Found with complex
+#: points by monodromy runs that agree, those of two links also by multihomogeneous homotopies whose every path is
+#: accounted for (benchmarks/chain_counts.py).
 ROOT_COUNTS: dict[tuple[int, ...], int] = {
     (-1, 1): 2,
     (1, 2): 20,
-    (-2, 1): 60,
+    (-1, 2): 60,
+    (2, 3): 172,
     (1, 3): 190,
-    (-3, 1): 370,
-    (-3, 2): 636,
+    (-1, 3): 370,
+    (-2, 3): 636,
     (2, 5): 1948,
-    (-5, 2): 3708,
+    (-2, 5): 3708,
+    (-1, 1, 2): 158,
+    (1, 2, 3): 1314,
 }
+#: Places without news that end the search for generic chains, and places that it goes to at most.
+QUIET, PLACES = 2, 20
 #: A rotation of this size is zero: clearing the denominators t_j^p brought it in.
 NOT_A_ROTATION = 1e-6
 
@@ -91,6 +101,66 @@ def paths_to_track(exponents: Sequence[int]) -> int:
     """
     links, degree = len(exponents), max(0, *exponents) - min(0, *exponents)
     return math.comb(2 * links, links) * degree ** (2 * links)
+
+
+@lru_cache(maxsize=4)
+def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None = None) -> Solutions:
+    """All chains at random complex displacements, from one random chain by monodromy.
+
+    Loops between two places in the space of displacements may leave some roots out for good, however often they
+    are run. Therefore the search moves on to another place until the known count is reached or, where none is
+    known, nothing new is found at two places in a row; a root or two may still be missing then (`united`).
+
+    Parameters
+    ----------
+    exponents : tuple of int
+    seed : int
+    known : int, optional
+        The number of chains, where it is known.
+
+    Examples
+    --------
+    >>> len(generic_chains((1, -2), known=60))
+    60
+    """
+    from solvers import monodromy
+
+    system, start = path_system(exponents), _random_chain(exponents, np.random.default_rng(seed))
+    found, quiet = monodromy(system, seed=seed, trace=False, start=start), 0
+    for place in range(1, PLACES):
+        if len(found) == known or (quiet == QUIET and known is None):
+            break
+        there = (found.points, found.parameters)
+        again = monodromy(system, seed=PLACES * (seed + 1) + place, trace=False, start=there)
+        quiet = 0 if len(again) > len(found) else quiet + 1
+        found = again if len(again) >= len(found) else found
+    if known is not None:
+        found.complete = len(found) == known
+        found.evidence += f", {len(found)} of {known} known chains"
+    return found
+
+
+def united(one: Solutions, other: Solutions, system: System) -> tuple[Solutions, int]:
+    """What two independent searches have found, at the displacements of the first, and how many both have found."""
+    from solvers import solve
+    from solvers.points import PointSet
+
+    moved = solve(system, one.parameters, start=other, certificates=False).points
+    roots = PointSet(one.points.shape[1])
+    roots.add(one.points)
+    both = int((roots.find(moved) >= 0).sum())
+    roots.add(moved)
+    count = np.arange(len(roots))
+    return replace(one, points=roots.points, paths=count, orbit=count), both
+
+
+def _random_chain(exponents: tuple[int, ...], rng: np.random.Generator) -> tuple[NDArray[Any], NDArray[Any]]:
+    """A root with its displacements: random links and rotations none of which is zero."""
+    links = len(exponents)
+    z, w = (rng.normal(size=(2, links, 2)) @ [1, 1j])
+    t = np.exp(rng.normal(scale=0.3, size=2 * links) + 1j * rng.uniform(-np.pi, np.pi, 2 * links))
+    powers = t[:, None] ** np.array(exponents)
+    return np.concatenate([z, w, t]), np.concatenate([(powers - 1) @ z, (1 / powers - 1) @ w])
 
 
 def path_parameters(points: Sequence[complex] | NDArray[Any]) -> tuple[NDArray[np.complex128], float]:
@@ -136,11 +206,51 @@ def real_chains(
         yield int(root), *chains_of(solutions.points[root], exponents, points[0], size)
 
 
+def kind_of(exponents: Sequence[int]) -> tuple[int, ...]:
+    """The exponents up to what changes neither curves nor counts: order, a common factor, the sign of all.
+
+    The order of the links does not move the tip, and t may be replaced by any power of it, 1/t too: any link may
+    be called the input.
+
+    >>> kind_of((2, -4)), kind_of((1, -2)), kind_of((-2, -1))
+    ((-1, 2), (-1, 2), (1, 2))
+    """
+    common = math.gcd(*exponents)
+    ordered = sorted(p // common for p in exponents)
+    return max(tuple(ordered), tuple(-p for p in reversed(ordered)))
+
+
 def root_count(exponents: Sequence[int]) -> int | None:
     """The number of finite roots for general points, where it is known.
 
     >>> root_count((1, -1)), root_count((2, 1)), root_count((7, 3))
     (2, 20, None)
     """
-    known = ROOT_COUNTS.get(tuple(sorted(exponents)))
-    return ROOT_COUNTS.get(tuple(sorted(-p for p in exponents)), None) if known is None else known
+    return ROOT_COUNTS.get(kind_of(exponents))
+
+
+def root_bound(exponents: Sequence[int]) -> int:
+    """A proved bound of the number of roots: the mixed volume of equations with few terms.
+
+    Z0 and its partner are kept as unknowns, Z0 + Σ_k Z_k t_j^{p_k} = P_j for all 2N + 1 points, and t_1 = 1 takes
+    the place of their difference to the first point, which `path_system` forms: 4N + 2 equations that bound the
+    isolated roots (D. N. Bernshtein, The number of roots of a system of equations, Funct. Anal. Appl. 9, 1975).
+    Every design is such a root: chains with fewer links pass fewer points, so that no Z vanishes for general ones.
+
+    >>> root_bound((1, 2)), root_bound((1, 2, 3))
+    (74, 9470)
+    """
+    from solvers.mixed_cells import mixed_volume
+
+    rates = [0, *exponents]
+    links, points = len(rates), 2 * len(rates) - 1
+    unknowns = 2 * links + points - 1
+    supports = []
+    for j in range(points):
+        for first, sign in ((0, 1), (links, -1)):
+            terms = np.zeros((links + 1, unknowns), np.int64)  # the last row is the constant P_j
+            terms[range(links), range(first, first + links)] = 1
+            if j:
+                terms[:links, 2 * links + j - 1] = [sign * rate for rate in rates]
+            supports.append(terms)
+    return mixed_volume(supports)

@@ -128,12 +128,15 @@ class CoupledSerialChain(Family):
 
         exponents = whole_exponents(ratios)
         values, _ = paths.path_parameters(points)
+        known = paths.root_count(exponents)
+        # Three links would need ten times as many paths as there are chains, most of them to singular ends.
+        start = "multihomogeneous" if len(ratios) == 2 else paths.generic_chains(exponents, known=known)
         return Problem(
             paths.path_system(exponents),
             list(values),
-            finite=paths.root_count(exponents),
-            start="multihomogeneous",
-            evidence="found once for complex points, every path accounted for",
+            finite=known,
+            start=start,
+            evidence="found for complex points by monodromy from several chains, that of two links by homotopy too",
             mirror=paths.path_mirror(len(ratios)),
         )
 

@@ -35,8 +35,8 @@ KINDS = {
 }
 #: Pivots nearer than this part of the poses' size coincide: the linkage is a pendulum.
 COINCIDE = 1e-9
-#: The bar of a Scotch yoke goes on beyond the poses by this part of the crank.
-BAR = 0.3
+#: A bar goes on beyond the poses by this part of its reach.
+BAR = 0.2
 #: Which kind of dyad is driven when the two differ.
 _DRIVEN_FIRST = ("RR", "RP", "PR", "PP")
 
@@ -55,7 +55,7 @@ def pair_linkage(
     -------
     linkage : Linkage
         Fixed pivots O1, O2, moving pivots A1, A2, body point P; links crank, coupler, follower. A point P in the
-        only pin of the coupler is that pin. The bar of a Scotch yoke goes from B to C.
+        only pin of the coupler is that pin. Bars that slide in a block go from B1 to C1, B2 to C2.
     configurations : list of {link: rotation}
 
     Examples
@@ -68,6 +68,7 @@ def pair_linkage(
     links: dict[str, list[str]] = {GROUND: [], "crank": [], "coupler": [], "follower": []}
     sliders: list[Slider] = []
     inputs: dict[str, Input] = {}
+    bars: list[str] = []
     turns: dict[str, NDArray[np.float64]] = {}
     for number, name, dyad in ((1, "crank", crank), (2, "follower", follower)):
         fixed, moving = f"O{number}", f"A{number}"
@@ -81,19 +82,23 @@ def pair_linkage(
             links["coupler"].append(moving)
         if dyad.kind == "PR":
             sliders.append(Slider(GROUND, name, dyad.fixed, at=moving))
-        if dyad.kind == "RP":
+        bar = f"B{number}", f"C{number}"
+        if dyad.kind == "RP":  # the body has a bar that slides in the block
+            points |= dict(zip(bar, _bar(poses, dyad.fixed, dyad.moving, _seen(poses, dyad.fixed))))
+            bars += bar
             sliders.append(Slider(name, "coupler", dyad.moving, at=fixed))
-        if dyad.kind == "PP":  # a bar from B to C, guided at B, on which the body slides
-            points["B"], points["C"] = _bar(poses, crank, dyad.moving)
-            links[name] += ["B", "C"]
-            sliders.append(Slider(GROUND, name, dyad.fixed, at="B"))
+        if dyad.kind == "PP":  # the slider has one, guided at its first end, on which the body slides
+            points |= dict(zip(bar, _bar(poses, crank.fixed, dyad.moving, poses.carry(crank.moving))))
+            links[name] += bar
+            sliders.append(Slider(GROUND, name, dyad.fixed, at=bar[0]))
             sliders.append(Slider(name, "coupler", dyad.moving, at="A1"))
         inputs[name] = Input(name, translation=dyad.kind[0] == "P")
         turns[name] = dyad.turns(poses)
-    place = "A1" if links["coupler"] == ["A1"] and points["A1"] == poses.points[0] else "P"
+    place = "A1" if links["coupler"] == ["A1"] and not bars and points["A1"] == poses.points[0] else "P"
     if place == "P":
         points["P"] = complex(poses.points[0])
         links["coupler"].append("P")
+    links["coupler"] += bars
     linkage = Linkage(
         points=points,
         links=links,
@@ -108,13 +113,18 @@ def pair_linkage(
     return linkage, [{name: float(turns[name][pose]) for name in order} for pose in range(len(poses))]
 
 
-def _bar(poses: Poses, crank: MotionDyad, along: complex) -> tuple[complex, complex]:
-    """The ends of the bar of a Scotch yoke in pose 0, as long as the poses need; the first is nearer the crank."""
-    reach = ((poses.carry(crank.moving) - crank.moving) * along.conjugate()).real
-    more = BAR * crank.length
-    ends = [crank.moving + along * float(t) for t in (reach.min() - more, reach.max() + more)]
-    first, second = sorted(ends, key=lambda z: abs(z - crank.fixed))
+def _bar(poses: Poses, pivot: complex, along: complex, places: NDArray[np.complex128]) -> tuple[complex, complex]:
+    """The ends of a bar in pose 0 on which something comes to some places; the first is nearer to a pivot."""
+    reach = ((places - places[0]) * along.conjugate()).real
+    more = BAR * float(max(np.ptp(reach), poses.size / 2))
+    ends = [complex(places[0] + along * t) for t in (reach.min() - more, reach.max() + more)]
+    first, second = sorted(ends, key=lambda z: abs(z - pivot))
     return first, second
+
+
+def _seen(poses: Poses, fixed: complex) -> NDArray[np.complex128]:
+    """Where a point of the frame is, seen from the body, in pose 0."""
+    return poses.points[0] + (fixed - poses.points) * np.exp(-1j * poses.angles)
 
 
 def four_bar_verdicts(

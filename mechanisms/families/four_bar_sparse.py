@@ -12,7 +12,8 @@ tenth of them.  With M = x + iy, ζ = −e − ig and X = A − M a dyad's equat
 * The turn at every point is kept.  Roots of the eliminated form at which ζ = ω = 0, which mean nothing, are at
   infinity then, where they are told sooner than as multiple roots.
 
-Mixed volumes, for the paper's choices: 4800 for six points, 25,984 for seven, 158,464 for eight.
+Mixed volumes, for the paper's choices: 4800 for six points, 25,984 for seven, 158,464 for eight.  Regeneration, point
+by point, counts eight on 75,000 paths, and nine, in the unknowns of `nine_point_system`, on 97,000.
 """
 
 from __future__ import annotations
@@ -24,12 +25,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanisms.families.four_bar_curve import NAMES, curve_columns
+from mechanisms.families.four_bar_curve import NAMES, curve_columns, nine_point_system
 
 if TYPE_CHECKING:
     from solvers import System
+    from solvers.regeneration import Blocks
 
-__all__ = ["as_curve_roots", "sparse_columns", "sparse_system"]
+__all__ = ["as_curve_roots", "nine_point_blocks", "sparse_blocks", "sparse_columns", "sparse_system"]
 
 _SQUARES = {"k_M": "h_M", "k_N": "h_N"}
 
@@ -111,3 +113,46 @@ def as_curve_roots(
     c, s = roots[:, len(names) :: 2], roots[:, len(names) + 1 :: 2]
     found[:, len(names) :: 2], found[:, len(names) + 1 :: 2] = c + 1j * s, c - 1j * s
     return found
+
+
+def sparse_blocks(points: int, chosen: Sequence[str]) -> Blocks:
+    """`sparse_system` for regeneration: each dyad a group, each point a block.
+
+    Parameters
+    ----------
+    points : int
+    chosen : sequence of str
+        Of the pivots' coordinates and g; another choice couples the dyads, or is no linear function of theirs.
+
+    Raises
+    ------
+    ValueError
+        Another parameter is chosen, or g is not.
+    """
+    from solvers.regeneration import Blocks
+
+    if "g" not in chosen or set(chosen) & {"L_MR", "L_NS", "e", "f"}:
+        raise ValueError(f"regeneration needs g chosen, and with it pivots only; {', '.join(chosen)} are chosen")
+    system, names = sparse_system(points, tuple(chosen)), sparse_columns(chosen)
+    groups, unknowns = [], []
+    for pivot, arm in (("M", "e"), ("N", "f")):
+        own = [name for name in names if name in (f"x_{pivot}", f"y_{pivot}", f"h_{pivot}", arm)]
+        x = {name: system.unknowns[names.index(name)] for name in own}
+        bilinear = [x[arm] * x[name] for name in own if name[0] in "xy"]
+        groups.append((1, *x.values(), *bilinear))
+        unknowns.append(tuple(names.index(name) for name in own))
+    return Blocks(system, tuple(groups), tuple(unknowns), belongs=(0, 1, None), locals=2)
+
+
+def nine_point_blocks() -> Blocks:
+    """`nine_point_system` for regeneration.
+
+    >>> nine_point_blocks().count
+    8
+    """
+    from solvers.regeneration import Blocks
+
+    system = nine_point_system()
+    a, ac, z, zc, b, bc, w, wc = system.unknowns[:8]
+    groups = ((1, a, ac, z, zc, z * ac, zc * a), (1, b, bc, w, wc, w * bc, wc * b))
+    return Blocks(system, groups, ((0, 1, 2, 3), (4, 5, 6, 7)), belongs=(0, 1, None), locals=2)

@@ -72,6 +72,35 @@ def test_exchanging_links_and_ratio_gives_the_same_curves() -> None:
     np.testing.assert_allclose(one, other, rtol=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_monodromy_finds_what_the_homotopy_found(seed: int) -> None:
+    """370 roots by the multihomogeneous homotopy; loops between two fixed places stop at 358 … 369."""
+    assert len(paths.generic_chains((1, -3), seed)) == paths.ROOT_COUNTS[(-1, 3)] == 370
+
+
+def test_counts_belong_to_kinds_of_exponents_and_keep_their_bounds() -> None:
+    assert {paths.kind_of(e) for e in [(4, -2), (-1, 2), (2, -1), (-6, 3)]} == {(-1, 2)}
+    assert all(paths.kind_of(kind) == kind for kind in paths.ROOT_COUNTS)
+    for kind, count in paths.ROOT_COUNTS.items():
+        if len(kind) == 2:
+            assert count <= paths.root_bound(kind) <= paths.paths_to_track(kind)
+
+
+def test_seven_points_of_three_links() -> None:
+    """Exponents (1, 2, −1): every root has its mirror image among the roots, the known chain is one of the real."""
+    known, _, points = path_of((1.0, 2.0, -1.0), seed=2)
+    exponents = whole_exponents(known.ratios)
+    values, _ = paths.path_parameters(points)
+    found = solve(paths.path_system(exponents), values, start=paths.generic_chains(exponents))
+    assert len(found) == paths.root_count(exponents) == 158 and found.ledger.failed == 0
+    images = paths.path_mirror(3).image(found.points)
+    distance = np.abs(images[:, None] - found.points[None]).max(axis=2)
+    assert (distance.min(axis=1) < 1e-6 * np.abs(images).max(axis=1)).all()
+    real = [chain for _, chain, _ in paths.real_chains(found, exponents, points)]
+    assert len(real) % 2 == 0
+    assert min(np.abs(np.subtract(chain.links, known.links)).max() for chain in real) < 1e-7
+
+
 def task_of(**entries: object) -> Task:
     return Task.from_dict({"mechanism": "coupled-serial-chain", **entries})
 

@@ -5,11 +5,14 @@ import pytest
 
 from benchmarks.coupler_counts import CHOSEN, by_monodromy, from_nothing, in_common
 from mechanisms.families.four_bar_curve import curve_columns, curve_instance, curve_system
-from mechanisms.families.four_bar_sparse import as_curve_roots, sparse_columns, sparse_system
+from mechanisms.families.four_bar_sparse import as_curve_roots, sparse_blocks, sparse_columns, sparse_system
 from solvers.choose_start import choose_start
 
 
-@pytest.mark.parametrize("points, chosen", [*CHOSEN.items(), (8, ("L_MR",)), (7, ("x_M", "e")), (7, ("L_NS", "f"))])
+@pytest.mark.parametrize(
+    "points, chosen",
+    [(6, CHOSEN[6]), (7, CHOSEN[7]), (8, CHOSEN[8]), (8, ("L_MR",)), (7, ("x_M", "e")), (7, ("L_NS", "f"))],
+)
 def test_both_forms_have_the_same_roots(points, chosen):
     """A root of one, written in the unknowns of the other by what these mean, solves it; the way back leads home."""
     root, parameters = curve_instance(points, chosen, np.random.default_rng(points))
@@ -36,9 +39,18 @@ def test_mixed_volume_of_six_points():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("points, count", [(6, 1320), (7, 3200)])
-def test_every_path_from_nothing_ends_on_the_roots_that_monodromy_found(points, count):
-    found = from_nothing(points, 3, 1)
-    assert found.ledger.finite == count and found.ledger.failed == 0 and found.ledger.balanced
-    carried = by_monodromy(points, found.parameters, 3, 1)
-    assert len(carried) == in_common(carried.points, found.points) == count
+@pytest.mark.parametrize(
+    "points, route, count",
+    [(6, "polyhedral", 1320), (6, "regeneration", 1320), (7, "polyhedral", 3200), (9, "regeneration", 8652)],
+)
+def test_every_path_from_nothing_ends_on_the_roots_that_monodromy_found(points, route, count):
+    roots, account = from_nothing(points, 3, route=route)
+    assert account.finite == len(roots) == count and account.failed == 0
+    carried = by_monodromy(points, 3)
+    assert len(carried) == in_common(carried, roots) == count
+
+
+@pytest.mark.parametrize("chosen", [("L_MR",), ("e",)])
+def test_choices_that_couple_the_dyads_are_refused(chosen):
+    with pytest.raises(ValueError, match="needs g chosen"):
+        sparse_blocks(8, chosen)

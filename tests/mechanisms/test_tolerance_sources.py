@@ -94,3 +94,15 @@ def test_the_same_seed_gives_the_same_designs():
     one, two = ([d.linkage.points for d in synthesize(task(*CASES["three"][:3], **CASES["three"][3])).accepted]
                 for _ in range(2))  # fmt: skip
     assert one == two and one
+
+
+def test_the_sheet_of_a_design_says_how_far_each_pose_moved():
+    from mechanisms.tables import moved_rows
+
+    count, reach, free, constraints = CASES["three"]
+    result = synthesize(task(count, reach, free, **constraints))
+    rows = moved_rows(result.accepted[0])
+    assert [row[0] for row in rows] == ["0", "1", "2"] and rows[0][1:] == ("0", "0", "0")
+    assert [float(cell) for cell in rows[1][1:]] == pytest.approx(result.accepted[0].extra["moved"][1], rel=1e-3)
+    exact = next(design for design in result.designs if "moved" not in design.extra)
+    assert moved_rows(exact) == []

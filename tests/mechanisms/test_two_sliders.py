@@ -180,3 +180,18 @@ def test_sliders_outside_the_allowed_box_are_left_out():
     box = {"pivots_in": {"x": (50.0, 60.0)}}
     assert len(list(slider_pairs(poses, dyads, dyads, {}))) == 1
     assert list(slider_pairs(poses, dyads, dyads, box)) == []
+
+
+@pytest.mark.parametrize("sample", [inverted_trammel, swinging_block])
+def test_bars_reach_their_blocks_in_every_pose(sample):
+    rng = np.random.default_rng(8)
+    poses, dyads = sample(rng, random_turns(rng, 4))
+    linkage, positions = pair_linkage(poses, *dyads)
+    for number, dyad in enumerate(dyads, start=1):
+        if dyad.kind != "RP":
+            continue
+        for pose in positions:
+            places = linkage.positions(pose)
+            b, c, o = (places[f"{letter}{number}"] for letter in "BCO")
+            share = (o - b) / (c - b)
+            assert 0.05 < share.real < 0.95 and abs(share.imag) < 1e-9

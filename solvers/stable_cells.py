@@ -1,0 +1,81 @@
+"""Stable mixed cells: solutions with zero coordinates without a path for every constant that is not there.
+
+Bernshtein's bound counts solutions with no zero coordinate. With the constant added to each equation that has none
+the mixed volume bounds those with zero coordinates too (Li and Wang 1996), but it may count many that go to infinity
+as the added constants vanish. With the points of added constants lifted far above all others, every mixed cell has a
+normal α that tells how: the solutions of the cell grow like s^α when the added constants are s. Those of the cells
+with α ≥ 0 stay finite; the sum of their volumes is the stable mixed volume, and bounds the isolated solutions in all
+of C^n (Huber and Sturmfels, "Bernstein's theorem in affine space", Discrete Comput. Geom. 17, 1997; the homotopy:
+Gao, Li and Wang, "Finding all isolated zeros of polynomial systems in C^n via stable mixed volumes", J. Symbolic
+Comput. 28, 1999).
+
+The toric paths of stable cells end where the added constants are still small: from there to zero the solutions that
+stay finite and those that do not keep apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from solvers.mixed_cells import MixedCells, mixed_cells
+
+#: Added to the lifting of an added constant; the random liftings of the others are below 2^26.
+RAISE = 2**36
+#: What is left of the added constants where the toric paths end. The more is left, the likelier a solution that stays
+#: finite changes places with one that does not: with 1e-6 on one seed of 300 of the example below, with 1e-8 on none.
+LEFT = 1e-10
+
+
+def stable_cells(
+    supports: Sequence[np.ndarray], added: Sequence[bool], seed: int = 0, patience: int = 2**60
+) -> MixedCells | None:
+    """The stable mixed cells, or None if the added constants were not lifted far enough for these supports.
+
+    Parameters
+    ----------
+    supports : sequence of n integer arrays, each of shape (points, n)
+        Sorted, with the origin in each.
+    added : sequence of n bool
+        Which equations have no constant of their own.
+    seed, patience
+        As of :func:`solvers.mixed_cells.mixed_cells`.
+
+    Examples
+    --------
+    Huber and Sturmfels' example: three solutions without a zero coordinate, six in all, eight with constants.
+
+    >>> first, second = np.array([[0, 0], [0, 1], [0, 2], [1, 3]]), np.array([[0, 0], [1, 0], [2, 0], [3, 1]])
+    >>> mixed_cells([first[1:], second[1:]]).mixed_volume, mixed_cells([first, second]).mixed_volume
+    (3, 8)
+    >>> stable_cells([first, second], [True, True]).mixed_volume
+    6
+    """
+    far = [(support == 0).all(axis=1) & new for support, new in zip(supports, added)]
+    cells = mixed_cells(supports, seed, patience=patience, raised=[RAISE * mask for mask in far])
+    if not len(cells):
+        return cells
+    directions, sound = _directions(cells, far)
+    if not sound:
+        return None
+    stable = (directions >= 0).all(axis=1)
+    return replace(cells, edges=cells.edges[stable], volumes=cells.volumes[stable], fade=-np.log(LEFT) / RAISE)
+
+
+def _directions(cells: MixedCells, far: list[np.ndarray]) -> tuple[np.ndarray, bool]:
+    """α times the volume of each cell, whole numbers, shape (cells, n); and whether all points lie above their cells
+    with the added constants alone lifted, as they do when these are lifted far enough.
+    """
+    n = len(cells.supports)
+    first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
+    steps = np.stack([s[last[:, i]] - s[first[:, i]] for i, s in enumerate(cells.supports)], axis=1)
+    rise = np.stack([1.0 * mask[last[:, i]] - mask[first[:, i]] for i, mask in enumerate(far)], axis=1)
+    volumes = cells.volumes.astype(float)
+    directions = np.rint(-np.linalg.solve(steps.astype(float), rise[:, :, None])[:, :, 0] * volumes[:, None])
+    here, sound = np.arange(len(cells)), True
+    for i in range(n):
+        level = volumes[:, None] * far[i] + directions @ cells.supports[i].T
+        sound &= bool((level >= level[here, first[:, i]][:, None]).all())
+    return directions, sound
