@@ -141,6 +141,7 @@ def finish(
     settings: Settings,
     smallest: float = 1e-13,
     first_loop: float = FIRST_LOOP,
+    deepest: float = 1.0,
 ) -> Ends:
     """Track paths from r = 1 to their ends.
 
@@ -154,6 +155,9 @@ def finish(
     target, direction : ndarray, shape (parameters,)
     smallest : float
         The smallest radius at which the parameters can be told from the target's.
+    deepest : float
+        Where the arithmetic of the tracker is more precise than doubles: the smallest radius that it sees. Below
+        `smallest` there are no loops, and exponents decide alone.
     first_loop : float
         The largest radius at which a loop is tried.
     """
@@ -173,9 +177,9 @@ def finish(
     if rows.size:
         there = newton(walk.program, points, target + radius * direction, walk.typical, steps=2)[0]
         ends.mark[rows] = fingerprints(there, ORIGIN * walk.typical)
-    while rows.size and radius > smallest:
+    while rows.size and radius > min(smallest, deepest):
         if radius < first_loop:
-            rows, points = walk.look(rows, points, radius)
+            rows, points = walk.look(rows, points, radius, radius > smallest)
         if not rows.size:
             break
         shrink = SHRINK if radius < first_loop else STRIDE
@@ -281,9 +285,11 @@ class _Walk:
         return good
 
     # -- round the circle -----------------------------------------------------------------------------------
-    def look(self, rows: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    def look(
+        self, rows: np.ndarray, points: np.ndarray, radius: float, loops: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Loop the paths whose exponents have settled; return those that stay undecided."""
-        ripe = np.flatnonzero(self.settled & ~self.regular_course)
+        ripe = np.flatnonzero(self.settled & ~self.regular_course & loops)
         decided = np.zeros(len(rows), bool)
         if ripe.size:
             turns, mean, distance, order = self._loop(points[ripe], radius, rows[ripe])

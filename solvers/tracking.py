@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from solvers import ledger, parallel
-from solvers.endgame import FAILED, FIRST_LOOP, Ends, finish
+from solvers.endgame import FAILED, Ends, finish
 from solvers.homotopy import Homotopy, Listed
 from solvers.kernel.engine import Engine, make_engine
 from solvers.kernel.reference import Settings
@@ -26,6 +26,8 @@ Progress = Callable[[str, int, int], None]
 FEW_PATHS = 32
 #: Largest radii of the endgame's loops on the rungs: roots nearer to each other are told apart the later one loops.
 SMALLER_LOOPS = (2e-6, 2e-8, 2e-10)
+#: The smallest radius of the endgame in double-double arithmetic.
+DEEPEST = 1e-26
 #: Its name in the ledger.
 LAST_RUNG = "in multiprecision"
 
@@ -148,7 +150,7 @@ def digest(homotopy: Homotopy) -> str:
 
 
 def _track_chunk(
-    engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings, first_loop: float = FIRST_LOOP
+    engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings, *endgame: float
 ) -> Ends:
     return finish(
         engine,
@@ -158,7 +160,7 @@ def _track_chunk(
         homotopy.direction,
         settings,
         homotopy.smallest,
-        first_loop,
+        *endgame,
     )
 
 
@@ -168,8 +170,9 @@ def _rungs(
     """Ever more careful ways to track a path, however careless the first was."""
 
     def rung(how: Settings, first_loop: float, **options: Any) -> Callable[[np.ndarray], Ends]:
-        careful = _Options(engine, options)
-        return lambda rows: _track_chunk(careful, homotopy, rows, how, first_loop)  # type: ignore[arg-type]
+        careful: Any = _Options(engine, options)
+        deepest = DEEPEST if "arithmetic" in options else 1.0
+        return lambda rows: _track_chunk(careful, homotopy, rows, how, first_loop, deepest)
 
     usual = Settings()
     tight = replace(
