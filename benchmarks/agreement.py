@@ -26,8 +26,8 @@ from solvers.points import PointSet, pairs_of_equals
 from solvers.supports import terms
 
 STARTS = ("total-degree", "multihomogeneous", "polyhedral", "monodromy")
-#: Roots nearer than this, relative to their largest coordinate, are the same; they are refined to rounding, and the
-#: worst-conditioned ones of the zoo to 1e-9.
+#: Roots nearer than this, relative to their largest coordinate (or 1), are the same; they are refined to rounding,
+#: and the worst-conditioned ones of the zoo to 1e-9.
 SAME = 1e-7
 
 
@@ -77,6 +77,11 @@ def solved(system: System, start: str, seed: int) -> Solutions:
     return solve(moving, np.zeros(system.size[0]), start=generic, seed=seed, certificates=False)
 
 
+def with_one(roots: np.ndarray) -> np.ndarray:
+    """Roots with a coordinate 1 added: relative to itself nothing is equal to the origin."""
+    return np.column_stack([roots, np.ones(len(roots))])
+
+
 def compare(name: str, starts: tuple[str, ...] = STARTS, seed: int = 0) -> list[Outcome]:
     """Solve one system of the zoo by each start, and say where they differ."""
     system, published = ZOO[name].build(), ZOO[name].isolated
@@ -87,12 +92,12 @@ def compare(name: str, starts: tuple[str, ...] = STARTS, seed: int = 0) -> list[
         spent = time.process_time() - begin
         ledger = found.ledger
         outcomes.append(Outcome(start, found.points, ledger.tracked, ledger.failed, ledger.singular, spent, []))
-    everything = PointSet(system.size[1], SAME)
+    everything = PointSet(system.size[1] + 1, SAME)
     for outcome in outcomes:
-        everything.add(outcome.roots)
+        everything.add(with_one(outcome.roots))
     for outcome in outcomes:
-        twice = len(pairs_of_equals(outcome.roots, SAME))
-        met = everything.find(outcome.roots)
+        twice = len(pairs_of_equals(with_one(outcome.roots), SAME))
+        met = everything.find(with_one(outcome.roots))
         missed = len(everything) - len(np.unique(met[met >= 0]))
         told = [
             (outcome.failed, f"{outcome.failed} paths failed"),
