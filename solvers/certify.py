@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,8 @@ from solvers.from_sympy import InvalidSystem
 from solvers.krawczyk import Boxes, Question, krawczyk_discs
 from solvers.krawczyk_arb import ArbBox, NotNearRoot, krawczyk_arb
 from solvers.reality import conjugation_order, is_real
-from solvers.system import System, differentiated
-from solvers.tape import Builder, Exact, Program
+from solvers.system import System
+from solvers.tape import Exact
 
 #: Points tested together; their intermediate results should stay in the processor's cache.
 CHUNK = 1024
@@ -184,14 +185,8 @@ def _read(system: System, solutions: Any, parameters: Any) -> tuple[np.ndarray, 
 
 
 def _question(system: System, parameters: tuple[Exact, ...]) -> Question:
-    def jacobian() -> Program:
-        builder = Builder(len(system.unknowns), len(system.parameters))
-        # Nothing moves: the derivative along velocities is left out.
-        return differentiated(builder, system.embed(builder), moving=())
-
-    return system.once(
-        ("question", parameters), lambda: Question(system.program, system.once("jacobian", jacobian), parameters)
-    )
+    make = partial(Question, system.program, system.jacobian_program, parameters)
+    return system.once(("question", parameters), make)
 
 
 class _Work:

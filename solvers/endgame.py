@@ -388,7 +388,7 @@ class _Walk:
             whole = _homogeneous(x)
             return whole / whole[np.arange(len(x)), chart[which]][:, None]
 
-        first = charted(points, pick)
+        first, weights = charted(points, pick), relative_weights(points, self.typical)
         total = np.zeros_like(first)
         turns = np.zeros(count, np.int64)
         active, x, previous = pick, points, first
@@ -412,7 +412,8 @@ class _Walk:
                     break
             if not active.size:
                 break
-            back = np.abs(previous - first[active]).max(axis=1) < CLOSED * np.abs(first[active]).max(axis=1)
+            # Each unknown beside its own size: in the chart, points far out hardly differ.
+            back = (np.abs(x - points[active]) / weights[active]).max(axis=1) < CLOSED
             turns[active[back]] = turn
             active, x, previous = active[~back], x[~back], previous[~back]
             if not active.size:

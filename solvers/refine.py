@@ -19,8 +19,8 @@ from solvers.arithmetic.multiprecision import from_ball
 from solvers.arithmetic.values import exact_parameters
 from solvers.from_sympy import InvalidSystem
 from solvers.krawczyk import inverses
-from solvers.system import System, differentiated
-from solvers.tape import Builder, Exact, Program
+from solvers.system import System
+from solvers.tape import Exact, Program
 
 #: Digits that a double holds; with more asked for, the results are mpmath numbers.
 DOUBLE_DIGITS = 16
@@ -117,8 +117,7 @@ def refine(system: System, points: Any, parameters: Any = None, digits: int = DO
         start = start.reshape(0, unknowns)
     if start.ndim != 2 or start.shape[1] != unknowns:
         raise InvalidSystem(f"points of shape {start.shape} were given; the shape must be (n, {unknowns})")
-    builder = Builder(len(system.unknowns), len(system.parameters))
-    jacobian = differentiated(builder, system.embed(builder), moving=())
+    jacobian = system.jacobian_program
     x, errors = newton_double_double(system.program, jacobian, DoubleDouble(start), DoubleDouble.of(exact))
     if digits <= DOUBLE_DIGITS:
         errors = np.maximum(errors, 2.0**-53)

@@ -173,10 +173,10 @@ class System:
     # -- programs -------------------------------------------------------------------------------------------
     @cached_property
     def jacobian_program(self) -> Program:
-        """Outputs "F" (equations), "J" (nonzero entries, see ``pattern``), "Ft" (derivative by velocities)."""
+        """Outputs "F" (equations) and "J" (nonzero entries, see ``pattern``)."""
         builder = Builder(len(self.unknowns), len(self.parameters))
         nodes = self.embed(builder)
-        return differentiated(builder, nodes)
+        return differentiated(builder, nodes, moving=())
 
     def embed(
         self,

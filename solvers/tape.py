@@ -25,10 +25,6 @@ ARITY = (2, 2, 2, 1, 1, 1, 3, 3, 3)
 Node = int
 Exact = tuple[Fraction, Fraction]
 
-_ZERO: Exact = (Fraction(0), Fraction(0))
-_ONE: Exact = (Fraction(1), Fraction(0))
-_MINUS_ONE: Exact = (Fraction(-1), Fraction(0))
-
 
 def exact(value: Any) -> Exact:
     """The exact value of a number as a pair of fractions (real part, imaginary part).
@@ -190,11 +186,12 @@ class Builder:
         self._nodes: list[tuple[int, int, int]] = [(-1, 0, 0)] * (unknowns + 2 * parameters)
         self._values: dict[Node, Exact] = {}
         self._index: dict[tuple[int, int, int], Node] = {}
-        self._constants: dict[Exact, Node] = {}
+        self._constants: dict[tuple[int, int, int, int], Node] = {}  # by numerators and denominators: quick to hash
         # Bit masks: does a node depend on an unknown (1), on a parameter (2)?
         self._depends: list[int] = [1] * unknowns + [2] * parameters + [0] * parameters
         self.zero = self.constant(0)
         self.one = self.constant(1)
+        self._minus_one = self.constant(-1)
 
     # -- leaves ---------------------------------------------------------------------------------------------
     def unknown(self, k: int) -> Node:
@@ -211,14 +208,15 @@ class Builder:
 
     def constant(self, value: Any) -> Node:
         """The node of an exact constant."""
-        number = exact(value)
-        node = self._constants.get(number)
+        re, im = number = exact(value)
+        key = (re.numerator, re.denominator, im.numerator, im.denominator)
+        node = self._constants.get(key)
         if node is None:
             node = len(self._nodes)
             self._nodes.append((-2, 0, 0))
             self._depends.append(0)
             self._values[node] = number
-            self._constants[number] = node
+            self._constants[key] = node
         return node
 
     # -- arithmetic -----------------------------------------------------------------------------------------
@@ -234,13 +232,13 @@ class Builder:
 
     def add(self, a: Node, b: Node) -> Node:
         """a + b."""
-        va, vb = self._values.get(a), self._values.get(b)
-        if va is not None and vb is not None:
-            return self.constant((va[0] + vb[0], va[1] + vb[1]))
-        if va == _ZERO:
+        if a == self.zero:
             return b
-        if vb == _ZERO:
+        if b == self.zero:
             return a
+        if a in self._values and b in self._values:
+            va, vb = self._values[a], self._values[b]
+            return self.constant((va[0] + vb[0], va[1] + vb[1]))
         if self._nodes[b][0] == NEG:
             return self.sub(a, self._nodes[b][1])
         if self._nodes[a][0] == NEG:
@@ -249,34 +247,34 @@ class Builder:
 
     def sub(self, a: Node, b: Node) -> Node:
         """a - b."""
-        va, vb = self._values.get(a), self._values.get(b)
-        if va is not None and vb is not None:
-            return self.constant((va[0] - vb[0], va[1] - vb[1]))
         if a == b:
             return self.zero
-        if va == _ZERO:
+        if a == self.zero:
             return self.negate(b)
-        if vb == _ZERO:
+        if b == self.zero:
             return a
+        if a in self._values and b in self._values:
+            va, vb = self._values[a], self._values[b]
+            return self.constant((va[0] - vb[0], va[1] - vb[1]))
         if self._nodes[b][0] == NEG:
             return self.add(a, self._nodes[b][1])
         return self._make(SUB, a, b)
 
     def multiply(self, a: Node, b: Node) -> Node:
         """a * b."""
-        va, vb = self._values.get(a), self._values.get(b)
-        if va is not None and vb is not None:
-            return self.constant((va[0] * vb[0] - va[1] * vb[1], va[0] * vb[1] + va[1] * vb[0]))
-        if va == _ZERO or vb == _ZERO:
+        if a == self.zero or b == self.zero:
             return self.zero
-        if va == _ONE:
+        if a == self.one:
             return b
-        if vb == _ONE:
+        if b == self.one:
             return a
-        if va == _MINUS_ONE:
+        if a == self._minus_one:
             return self.negate(b)
-        if vb == _MINUS_ONE:
+        if b == self._minus_one:
             return self.negate(a)
+        if a in self._values and b in self._values:
+            va, vb = self._values[a], self._values[b]
+            return self.constant((va[0] * vb[0] - va[1] * vb[1], va[0] * vb[1] + va[1] * vb[0]))
         if self._nodes[a][0] == NEG:
             return self.negate(self.multiply(self._nodes[a][1], b))
         if self._nodes[b][0] == NEG:
@@ -369,7 +367,7 @@ class Builder:
                 give(a, self.negate(bar))
             else:  # INV
                 give(a, self.negate(self.multiply(bar, self.square(node))))
-        return {k: adjoint[k] for k in range(self.unknowns) if k in adjoint and self._values.get(adjoint[k]) != _ZERO}
+        return {k: adjoint[k] for k in range(self.unknowns) if adjoint.get(k, self.zero) != self.zero}
 
     def derivative_along_velocity(self, roots: Sequence[Node], moving: Iterable[int] | None = None) -> list[Node]:
         """Forward mode: the derivatives of nodes as the parameters move with their velocities.

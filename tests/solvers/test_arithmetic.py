@@ -13,7 +13,7 @@ from solvers.arithmetic.double_double import DoubleDouble
 from solvers.arithmetic.values import exact_parameters, exact_value
 from solvers.from_sympy import InvalidSystem
 from solvers.kernel.elimination import pivot_order, tick_program
-from solvers.system import System
+from solvers.system import System, differentiated
 from solvers.tape import Builder, Program
 
 
@@ -273,7 +273,8 @@ def test_a_tick_of_the_tracker_in_double_double():
     rng = np.random.default_rng(19)
     points = rng.normal(size=(4, 3)) + 1j * rng.normal(size=(4, 3))
     values, velocities = (rng.normal(size=2) + 1j * rng.normal(size=2) for _ in range(2))
-    program = system.jacobian_program
+    moving = Builder(3, 2)
+    program = differentiated(moving, system.embed(moving))
     J = np.array([system.evaluate(point, values)[1][0] for point in points])
     builder = Builder(3, 2)
     tick = tick_program(builder, system.embed(builder), pivot_order(program.pattern, J))
