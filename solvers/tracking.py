@@ -21,7 +21,7 @@ from solvers.tape import Program
 
 Progress = Callable[[str, int, int], None]
 
-#: Paths that the last rung of the ladder takes on. It costs some hundred times as much as double precision, a second
+#: Paths that the last rung of the ladder takes on. It costs some thousand times as much as double precision, a second
 #: for a path; and when more paths than this are too ill-conditioned for 32 digits it is the equations that need help.
 FEW_PATHS = 32
 #: Largest radii of the endgame's loops on the rungs: roots nearer to each other are told apart the later one loops.
