@@ -88,6 +88,11 @@ def test_the_map_needs_four_poses():
         SolutionMap.of(Poses.of(LIFT[:3]))
 
 
+def test_parallel_poses_have_no_map():
+    with pytest.raises(TaskError, match="have no map: the body never turns"):
+        SolutionMap.of(Poses.of([(3, 0, 5), (0, 3, 5), (-3, 0, 5), (0, -3, 5)]))
+
+
 def test_every_dyad_of_a_pool_carries_the_body():
     for count in (2, 3):
         poses = Poses.of(LIFT[:count])
