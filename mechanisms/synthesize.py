@@ -347,7 +347,9 @@ def _roots(problem: Problem | None, solutions: Solutions | None, stopped: bool) 
     count = len(solutions.points)
     complete, evidence = solutions.complete, solutions.evidence
     if problem.finite is not None and not stopped:
-        agrees = count + int(sum(solutions.singular.multiplicity)) >= problem.finite
+        # Data that are not general have roots at infinity or multiple ones in place of some.
+        special = int(sum(solutions.singular.multiplicity)) + solutions.ledger.at_infinity
+        agrees = count + special >= problem.finite
         complete = bool(agrees and not solutions.ledger.failed)
         known = f"{problem.finite} roots are known for general data ({problem.evidence})"
         evidence = f"{evidence}; {known}" if problem.evidence else evidence
