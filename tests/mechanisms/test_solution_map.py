@@ -8,9 +8,10 @@ import pytest
 from mechanisms import Task, TaskError, synthesize
 from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import pair_linkage
-from mechanisms.families.dyad_pools import Region, curve_pool, sampled_pool
+from mechanisms.families.dyad_pools import curve_pool, sampled_pool
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import judge_pairs
+from mechanisms.families.regions import Region
 from mechanisms.families.solution_map import BRANCH, CIRCUIT, ORDER, SolutionMap
 from mechanisms.motion import judge
 
