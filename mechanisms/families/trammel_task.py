@@ -128,8 +128,8 @@ class TrammelTask:
         if centre is not None:
             raise TaskError(
                 f"{self.task.where}: poses: the body only turns about the point ({centre.real:g}, {centre.imag:g}), "
-                f"and a pin there carries it; a disk that turns with the body about that point would do with any two pins, "
-                f"so that no finite number of trammels can be listed; move one pose"
+                f"and a pin there carries it; a disk that turns with the body about that point would do with any two "
+                f"pins, so that no finite number of trammels can be listed; move one pose"
             )
         _ = self.choices
 
