@@ -31,8 +31,8 @@ from mechanisms.families.reality import real_roots
 BOUND = 1e-9
 
 
-def random_task(rng: np.random.Generator) -> tuple[Poses, list[MotionDyad]]:
-    """Five poses of a random four-bar, and its two dyads."""
+def random_task(rng: np.random.Generator, count: int = 5) -> tuple[Poses, list[MotionDyad]]:
+    """Poses of a random four-bar, five unless told, and its two dyads."""
     while True:
         o1, o2, a1, a2, p = rng.uniform(-1, 1, 5) + 1j * rng.uniform(-1, 1, 5)
         crank, coupler, rocker = abs(a1 - o1), abs(a2 - a1), abs(a2 - o2)
@@ -49,7 +49,7 @@ def random_task(rng: np.random.Generator) -> tuple[Poses, list[MotionDyad]]:
             turn = arm / (a2 - a1)
             points.append(tip + turn * (p - a1))
             angles.append(float(np.angle(turn)))
-            if len(points) == 5:
+            if len(points) == count:
                 poses = Poses(np.array(points), np.array(angles))
                 return poses, [MotionDyad("RR", o1, a1), MotionDyad("RR", o2, a2)]
 

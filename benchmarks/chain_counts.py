@@ -33,6 +33,7 @@ from mechanisms.families.chain import SerialChain
 from mechanisms.families.reality import real_roots
 from solvers import Solutions, solve
 from solvers.points import PointSet
+from solvers.refine import refine
 from solvers.trace import trace_test
 
 #: Twice the ratios after the first: −3 … 3 in halves without 0 and 1, with which a link is of no use.
@@ -45,6 +46,8 @@ TESTS = 6
 TRACED = 2_000
 #: Paths of the multihomogeneous homotopy up to which it is followed as well.
 HOMOTOPY = 20_000
+#: Digits of roots that are singular to sixteen.
+DIGITS = 30
 #: Mirror images are found at this distance, relative.
 NEAR = 1e-7
 #: Tasks from known chains.
@@ -100,16 +103,20 @@ def real_chains(found: Solutions, exponents: tuple[int, ...], seed: int) -> dict
     """Roots, real chains and roots without a mirror image for the points of one random known chain.
 
     Roots with links a hundred thousand times the size of the path, rotations next to one another, are simple but
-    singular to sixteen digits: they are counted too.
+    singular to sixteen digits: they are computed to more, and counted.
     """
     links = len(exponents)
     rng = np.random.default_rng([seed, *map(abs, exponents)])
     z = rng.normal(size=(links + 1, 2)) @ [1, 1j]
     known = SerialChain(z[0], tuple(z[1:]), tuple(p / exponents[0] for p in exponents))
-    points = known.tip(np.r_[0.0, np.sort(rng.uniform(0.2, 3.0, 2 * links))])
+    apart = 2.4 / (2 * links)  # radians between neighbours, up to a third
+    phi = apart * (np.arange(2 * links + 1) + rng.uniform(-1 / 3, 1 / 3, 2 * links + 1))
+    points = known.tip(phi - phi[0])
     values, size = paths.path_parameters(points)
     here = solve(paths.path_system(exponents), values, start=found, seed=seed, certificates=False)
-    simple = here.singular.points[here.singular.multiplicity == 1]
+    huge = here.singular.points[here.singular.multiplicity == 1]
+    refined = refine(paths.path_system(exponents), huge, values, digits=DIGITS)
+    simple = np.array([[complex(v) for v in x] for x in refined.points]).reshape(len(huge), 4 * links)
     every, mirror = np.concatenate([here.points, simple]), paths.path_mirror(links)
     real = np.flatnonzero(real_roots(every, mirror))
     chains = [paths.chains_of(every[k], exponents, points[0], size)[0] for k in real]

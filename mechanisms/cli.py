@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 OK, FAILED, WRONG, STOPPED = 0, 1, 2, 3
 #: Designs that a table shows unless asked for more.
 TOP = 20
+#: Remarks on a whole task that are printed below it.
+REMARKS = 3
 BACKENDS = ("threads", "processes", "dask", "ray")
 #: What some of them import, which is not installed by default.
 NEEDED = {"dask": "distributed", "ray": "ray"}
@@ -319,6 +321,10 @@ def _print_result(result: Result, designs: Sequence[Any], top: int | None, every
         out.print("no design")
     if len(listed) < len(shown):
         out.print(f"… and {len(shown) - len(listed)} more; --top N shows more", markup=False)
+    # what is no root and no linkage says something of the whole task
+    remarks = dict.fromkeys(d.note for d in designs if d.linkage is None and d.root is None and d.note)
+    for remark in list(remarks)[:REMARKS] if not everything else ():
+        out.print(remark, markup=False, soft_wrap=True)
 
 
 def _print_hint(result: Result, task: str, run: str | None) -> None:

@@ -76,6 +76,9 @@ class Result:
 
     def as_dict(self) -> dict[str, Any]:
         """As in the JSON output."""
+        return self._summary() | {"designs": [design.as_dict() for design in self.designs]}
+
+    def _summary(self) -> dict[str, Any]:
         return {
             "task": self.task.to_dict(),
             "mechanism": self.task.mechanism,
@@ -85,7 +88,6 @@ class Result:
             "ledger": dict(self.ledger),
             "roots": dict(self.roots),
             "funnel": [dict(stage) for stage in self.funnel],
-            "designs": [design.as_dict() for design in self.designs],
         }
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:
@@ -99,17 +101,14 @@ class Result:
         from solvers.store import RunFile
 
         with RunFile.create(path, description(self.task, self.seed), overwrite) as run:
-            self.write_to(run)
+            run.replace("design", ((design.id, design.to_document()) for design in self.designs))
+            self.write_summary(run)
 
-    def write_to(self, run: RunFile) -> None:
-        """Put the answer into an open run file."""
+    def write_summary(self, run: RunFile) -> None:
+        """Put the answer into an open run file that holds the designs already."""
         if self.solutions is not None:
             run.append("roots", 0, {"points": self.solutions.points})
-        width = len(str(len(self.designs)))
-        documents = {str(n).zfill(width): design.to_document() for n, design in enumerate(self.designs)}
-        run.replace("design", documents)
-        summary = {key: value for key, value in self.as_dict().items() if key not in ("designs", "task")}
-        run.update({"task": self.task.to_dict(), **summary})
+        run.update({**self._summary(), "order": [design.id for design in self.designs]})
 
     @classmethod
     def load(cls, path: str | Path) -> Result:
@@ -124,25 +123,27 @@ class Result:
 
         with RunFile.open(path) as run:
             meta = run.meta
-            documents = [body for _, body in run.documents("design")]
-        if meta.get("state") == RUNNING:
-            raise StoreError(
-                f"the run in {path} was not finished; go on with: everylinkage solve TASK --run {path} --resume"
-            )
-        try:
-            return cls(
-                task=Task.from_dict(meta["task"], where=str(path)),
-                designs=[Design.from_document(document) for document in documents],
-                funnel=[_holding(stage, ("stage", "left", "removed")) for stage in meta["funnel"]],
-                ledger=_holding(meta["ledger"], _LEDGER),
-                roots=_holding(meta["roots"], _ROOTS),
-                seed=int(meta["seed"]),
-                version=str(meta["version"]),
-                state=str(meta["state"]),
-            )
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            what = f"{error} is missing" if isinstance(error, KeyError) else error
-            raise StoreError(f"{path} is damaged: {what}") from error
+            if meta.get("state") == RUNNING:
+                raise StoreError(
+                    f"the run in {path} was not finished; go on with: everylinkage solve TASK --run {path} --resume"
+                )
+            try:
+                designs = {name: Design.from_document(document) for name, document in run.documents("design")}
+                return cls(
+                    task=Task.from_dict(meta["task"], where=str(path)),
+                    designs=[designs[name] for name in meta.get("order", designs)],
+                    funnel=[_holding(stage, ("stage", "left", "removed")) for stage in meta["funnel"]],
+                    ledger=_holding(meta["ledger"], _LEDGER),
+                    roots=_holding(meta["roots"], _ROOTS),
+                    seed=int(meta["seed"]),
+                    version=str(meta["version"]),
+                    state=str(meta["state"]),
+                )
+            except (KeyError, TypeError, ValueError, AttributeError) as error:
+                if isinstance(error, StoreError):
+                    raise
+                what = f"{error} is missing" if isinstance(error, KeyError) else error
+                raise StoreError(f"{path} is damaged: {what}") from error
 
     def __repr__(self) -> str:
         roots = self.roots.get("count")

@@ -5,7 +5,7 @@ What is specific to a kind of linkage is in its family; what is done here is don
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -114,11 +114,15 @@ def _synthesize(
     except _Stopped:
         solved, stopped = solver.done, True
     designs: list[Design] = []
+    judged = _designs(task, family, solved, jobs, progress)
+    if store is not None:
+        judged = _kept(judged, store)
     try:
-        for design in _designs(task, family, solved, jobs, progress):
+        for design in judged:
             designs.append(design)
     except KeyboardInterrupt:
         stopped = True
+    judged.close()  # what was found is in the file before the summary says so
     result = Result(
         task=task,
         designs=rank(designs),
@@ -131,7 +135,7 @@ def _synthesize(
         solutions=solved[0].solutions if len(solved) == 1 else None,
     )
     if store is not None:
-        result.write_to(store)
+        result.write_summary(store)
     return result
 
 
@@ -212,7 +216,7 @@ class _Solver:
 
 def _designs(
     task: Task, family: Family, solved: Sequence[Solved], jobs: int, progress: Progress
-) -> Iterator[Design]:
+) -> Generator[Design, None, None]:
     """Every candidate as a judged design, in batches, in the order of the roots."""
 
     def told(what: str, share: float) -> None:
@@ -232,6 +236,21 @@ def _designs(
             progress("judging motion", total - len(drawn), total)
         yield from _judged(drawn, task, family, jobs)
         progress("judging motion", total, total)
+
+
+def _kept(designs: Iterable[Design], store: RunFile) -> Generator[Design, None, None]:
+    """The same designs, each in the run file before the next ones are judged."""
+    store.replace("design", {})  # of a run that was stopped while it judged
+    batch: list[Design] = []
+    try:
+        for design in designs:
+            batch.append(design)
+            yield design
+            if len(batch) == BATCH:
+                store.put("design", ((each.id, each.to_document()) for each in batch))
+                batch = []
+    finally:
+        store.put("design", ((each.id, each.to_document()) for each in batch))
 
 
 def _judged(designs: Sequence[Design], task: Task, family: Family, jobs: int) -> Iterator[Design]:
@@ -328,7 +347,9 @@ def _roots(problem: Problem | None, solutions: Solutions | None, stopped: bool) 
     count = len(solutions.points)
     complete, evidence = solutions.complete, solutions.evidence
     if problem.finite is not None and not stopped:
-        agrees = count + int(sum(solutions.singular.multiplicity)) >= problem.finite
+        # Data that are not general have roots at infinity or multiple ones in place of some.
+        special = int(sum(solutions.singular.multiplicity)) + solutions.ledger.at_infinity
+        agrees = count + special >= problem.finite
         complete = bool(agrees and not solutions.ledger.failed)
         known = f"{problem.finite} roots are known for general data ({problem.evidence})"
         evidence = f"{evidence}; {known}" if problem.evidence else evidence

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from solvers.monodromy import monodromy as monodromy
     from solvers.solutions import Solutions as Solutions
     from solvers.solve import solve as solve
+    from solvers.stored_monodromy import stored_monodromy as stored_monodromy
     from solvers.system import System as System
     from solvers.tracking import Interrupted as Interrupted
 
@@ -33,6 +34,7 @@ _HOME = {
     "monodromy": "solvers.monodromy",
     "refine": "solvers.refine",
     "solve": "solvers.solve",
+    "stored_monodromy": "solvers.stored_monodromy",
 }
 
 __all__ = sorted(_HOME)

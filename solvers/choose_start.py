@@ -110,7 +110,7 @@ def choose_start(system: System, values: Any = None, start: Any = "auto") -> Cho
         return Choice(start, system.bezout, "as asked for")
     if start == "multihomogeneous":
         partition = _partition(system, SEARCH)
-        return Choice(start, partition.bezout, f"as asked for, with {len(partition.groups)} groups", partition)
+        return Choice(start, partition.bezout, f"as asked for, with {_groups(partition)}", partition)
     if start == "polyhedral":
         cells = fewest_cells(*scaled_terms(system, values))
         return Choice(start, cells.mixed_volume, "as asked for", cells=cells)
@@ -122,7 +122,7 @@ def _automatic(system: System, values: np.ndarray) -> Choice:
     if system.groups is not None:
         partition = _partition(system, 0)
         if partition.bezout <= degree:
-            reason = f"the system's own {len(partition.groups)} groups; the total degree is {degree}"
+            reason = f"the system's own {_groups(partition)}; the total degree is {degree}"
             return Choice("multihomogeneous", partition.bezout, reason, partition)
     if degree <= FEW_PATHS:
         return Choice("total-degree", degree, "so few paths need no search for fewer")
@@ -136,7 +136,7 @@ def _automatic(system: System, values: np.ndarray) -> Choice:
         return Choice("polyhedral", volume, f"the mixed volume; the total degree is {degree}", cells=cells)
     partition = _partition(system, SEARCH)
     if partition.bezout < degree:
-        reason = f"{len(partition.groups)} groups; the total degree is {degree}; no mixed volume: {why_not}"
+        reason = f"{_groups(partition)}; the total degree is {degree}; no mixed volume: {why_not}"
         return Choice("multihomogeneous", partition.bezout, reason, partition)
     return Choice("total-degree", degree, f"no grouping saves any; no mixed volume: {why_not}")
 
@@ -169,3 +169,7 @@ def _partition(system: System, budget: int) -> Partition:
     if system.groups is not None:
         return partition_of(system, system.groups)
     return best_partition(system, budget)
+
+
+def _groups(partition: Partition) -> str:
+    return "1 group" if len(partition.groups) == 1 else f"{len(partition.groups)} groups"

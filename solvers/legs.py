@@ -127,6 +127,27 @@ def gaussian(rng: np.random.Generator, *shape: int) -> np.ndarray:
     return np.asarray((rng.normal(size=shape) + 1j * rng.normal(size=shape)) / np.sqrt(2))
 
 
+def evidence_of(history: list[Leg], tracked: int, lost: int, group: Group | None, known: int) -> str:
+    """What the legs have shown, in words; `known` counts orbits where there is a group.
+
+    >>> evidence_of([Leg(5, 5, 0, 5, 5.0)], 5, 0, None, 5)
+    '1 leg of monodromy, 5 paths, capture–recapture estimate 5'
+    """
+    order = group.order if group else 1
+    text = f"{_counted(len(history), 'leg')} of monodromy, {_counted(tracked, 'path')}"
+    if lost:
+        text += f" ({lost} lost on the way)"
+    if history and np.isfinite(history[-1].estimate):
+        text += f", capture–recapture estimate {history[-1].estimate * order:.0f}"
+    if group is not None:
+        text += f", {_counted(known, 'orbit')} of {order}"
+    return text
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 class Memory:
     """Known roots in the run file after each leg, so that a killed search goes on from there."""
 

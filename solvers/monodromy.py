@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from solvers.endgame import REGULAR, Ends
-from solvers.legs import Memory, Search, two_nodes
+from solvers.legs import Memory, Search, evidence_of, two_nodes
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
@@ -202,14 +202,7 @@ def _result(
         orbit = node.roots.find(group.representatives(points, node.parameters))
         if len(points) != order * len(representatives):
             notes.append(f"{order * len(representatives) - len(points)} members missing: some orbits are not full")
-    legs = len(search.history)
-    estimate = search.history[-1].estimate if search.history else float("nan")
-    evidence = f"{legs} legs of monodromy, {search.tracked} paths"
-    if search.lost:
-        evidence += f" ({search.lost} lost on the way)"
-    evidence += f", capture–recapture estimate {estimate * order:.0f}"
-    if group is not None:
-        evidence += f", {len(representatives)} orbits of {order}"
+    evidence = evidence_of(search.history, search.tracked, search.lost, group, len(representatives))
     if test is not None:
         evidence += f", {test}"
     complete = None if test is None else test.passed

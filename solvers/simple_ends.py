@@ -112,5 +112,5 @@ def balanced_condition(matrices: np.ndarray) -> np.ndarray:
             for axis in (2, 1):
                 largest = np.abs(matrices).max(axis=axis, keepdims=True)
                 matrices = matrices / np.sqrt(np.where(largest > 0, largest, 1.0))
-    values = np.linalg.svd(matrices, compute_uv=False)
-    return values[:, 0] / np.maximum(values[:, -1], np.finfo(float).tiny)
+        values = np.linalg.svd(matrices, compute_uv=False)
+        return values[:, 0] / values[:, -1]

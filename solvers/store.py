@@ -16,7 +16,7 @@ from __future__ import annotations
 import json
 import math
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
@@ -34,6 +34,9 @@ FORMAT_VERSION = 1
 ARRAY_TYPES = frozenset({"<f8", "<c16", "<i8", "<i4", "|i1", "|u1", "|b1"})
 #: How long to wait for another process that is writing to the same file, in seconds.
 LOCK_PATIENCE = 5.0
+
+#: JSON documents by their ids.
+Documents = Mapping[str, Any] | Iterable[tuple[str, Any]]
 
 _SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -214,23 +217,32 @@ class RunFile:
 
     # -- anything else
 
-    def put(self, kind: str, documents: Mapping[str, Any]) -> None:
-        """Store JSON documents of one kind by their ids, replacing earlier ones of the same id."""
-        rows = [(kind, name, json.dumps(body, allow_nan=False)) for name, body in documents.items()]
-        with self._connection:
-            self._connection.executemany("INSERT OR REPLACE INTO document VALUES (?, ?, ?)", rows)
+    def put(self, kind: str, documents: Documents) -> None:
+        """Store JSON documents of one kind by their ids, replacing earlier ones of the same id.
 
-    def replace(self, kind: str, documents: Mapping[str, Any]) -> None:
-        """Store JSON documents in place of all those of the kind, in one transaction."""
-        rows = [(kind, name, json.dumps(body, allow_nan=False)) for name, body in documents.items()]
+        Parameters
+        ----------
+        kind : str
+        documents : mapping, or iterable of (id, document)
+            Of an iterable one document at a time is in memory.
+        """
+        with self._connection:
+            self._insert(kind, documents)
+
+    def replace(self, kind: str, documents: Documents) -> None:
+        """Store JSON documents in place of all those of the kind, in one transaction; arguments as of `put`."""
         with self._connection:
             self._connection.execute("DELETE FROM document WHERE kind = ?", (kind,))
-            self._connection.executemany("INSERT INTO document VALUES (?, ?, ?)", rows)
+            self._insert(kind, documents)
+
+    def _insert(self, kind: str, documents: Documents) -> None:
+        pairs = documents.items() if isinstance(documents, Mapping) else documents
+        rows = ((kind, name, json.dumps(body, allow_nan=False)) for name, body in pairs)
+        self._connection.executemany("INSERT OR REPLACE INTO document VALUES (?, ?, ?)", rows)
 
     def documents(self, kind: str) -> Iterator[tuple[str, Any]]:
-        """The documents of one kind, in the order of their ids."""
-        rows = self._execute("SELECT id, body FROM document WHERE kind = ? ORDER BY id", (kind,)).fetchall()
-        for name, body in rows:
+        """The documents of one kind, in the order of their ids, read one by one."""
+        for name, body in self._execute("SELECT id, body FROM document WHERE kind = ? ORDER BY id", (kind,)):
             yield name, _from_json(body, self.path)
 
     # -- opening and closing

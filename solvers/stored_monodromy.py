@@ -17,7 +17,7 @@ from solvers.carry import carry, random_bend
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.key_index import KeyIndex
-from solvers.legs import Leg, gaussian, sizes, two_nodes
+from solvers.legs import Leg, evidence_of, gaussian, sizes, two_nodes
 from solvers.monodromy import MOST_LEGS, QUIET_LEGS, QUIET_PATHS
 from solvers.points import Group, Symmetry
 from solvers.store import RunFile
@@ -245,13 +245,7 @@ def _result(loops: _Loops, wanted: int | None, group: Group | None) -> StoredRoo
     found = max(loops.places, key=len)
     order = group.order if group else 1
     found.history = loops.history
-    estimate = loops.history[-1].estimate if loops.history else float("nan")
-    found.evidence = f"{len(loops.history)} legs of monodromy, {loops.tracked} paths"
-    if loops.lost:
-        found.evidence += f" ({loops.lost} lost on the way)"
-    found.evidence += f", capture–recapture estimate {estimate * order:.0f}"
-    if group is not None:
-        found.evidence += f", {len(found)} orbits of {order}"
+    found.evidence = evidence_of(loops.history, loops.tracked, loops.lost, group, len(found))
     if wanted is not None:
         found.complete = len(found) == wanted
         found.evidence += f", known count {wanted * order} {'reached' if found.complete else 'not reached'}"

@@ -17,7 +17,7 @@ from solvers.tape import Builder
 from solvers.tracking import engine_of
 
 #: With no more roots than this u is a random combination of all unknowns: the extra points cost little then.
-FEW_ROOTS = 64
+FEW_ROOTS = 32
 #: A point with t below this has come to the line t = 0.
 ON_THE_LINE = 1e-7
 #: Rounds along other arcs for points that were lost while s moved.

@@ -23,7 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanisms.families.base import BODY, Candidate, Family, Free, Problem
-from mechanisms.families.chain import SerialChain, chain_for_points, chain_for_poses, input_angles, whole_exponents
+from mechanisms.families.chain import (
+    SerialChain,
+    chain_for_points,
+    chain_for_poses,
+    gear_fraction,
+    input_angles,
+    whole_exponents,
+)
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
@@ -37,6 +44,8 @@ RATIOS = (-5.0, 5.0)
 FITS = 8
 #: More paths than this are refused: an hour of work and more.
 MOST_PATHS = 3_000_000
+#: Gears that miss a ratio by less are not worth a word.
+GEARS_MISS = 1e-12
 #: Links longer than this, in sizes of the task, are no linkage.
 LONGEST = 1e6
 
@@ -147,7 +156,10 @@ class CoupledSerialChain(Family):
             if ratios is not None:
                 return ""
             if _links(task) == 3 and len(task.poses[BODY]) == 5:
-                return "a box of ratios searched by subdivision: the notes say whether every chain in it is proved"
+                return (
+                    "a box of ratios searched by subdivision: the notes say whether every chain in it is proved, and "
+                    "how far the gears of the linkage miss its ratios: that alone is its pose error"
+                )
             return "more poses than a chain can meet: best fits over the ratios"
         return "" if "phi" in task.free else "more points than a chain can meet: fits from all chains through some"
 
@@ -190,10 +202,14 @@ class CoupledSerialChain(Family):
 
             tell("searching the box of ratios", 0.0)
             turn = task.free.get("largest_turn", 2 * math.pi)
-            found = five_pose_chains(points, angles, RatioBox(span, span, turn))
+            try:
+                found = five_pose_chains(points, angles, RatioBox(span, span, turn))
+            except TaskError as error:
+                raise TaskError(f"{task.where}: poses: {error}") from None
             proof = "every chain in the box, proved" if found.proved else f"{len(found.undecided)} boxes undecided"
             for number, chain in enumerate(found.chains):
-                yield _candidate(task, number, chain, _phi(angles, chain.ratios[-1]), note=proof)
+                note = proof + _rounded(chain)
+                yield _candidate(task, number, chain, _phi(angles, chain.ratios[-1]), note=note)
             return
         from mechanisms.families.chain_fit import fit_poses
 
@@ -235,6 +251,12 @@ def _candidate(
     linkage = chain.linkage(task.title, task.length_unit)
     extra = {} if rms is None else {"rms_error": rms}
     return Candidate(root, named, linkage, chain.poses(phi), note=note, angles=angles, extra=extra)
+
+
+def _rounded(chain: SerialChain) -> str:
+    """What gears of whole teeth lose."""
+    lost = max(abs(float(gear_fraction(ratio)) - ratio) for ratio in chain.ratios)
+    return f"; gears miss its ratios by {lost:.0e}" if lost > GEARS_MISS else ""
 
 
 def _links(task: Task) -> int:

@@ -47,6 +47,8 @@ CURVE_FREE = (
 #: Most points that a coupler curve, a sextic that passes three times through each circular point, has in common
 #: with a line or a circle that is no part of it.
 MOST_ON_LINE = MOST_ON_CIRCLE = 6
+#: More points than this on one line are not general: straight links, with pivots at infinity, pass them.
+ON_LINE = 3
 #: Points this near to a line or circle, relative to their extent, are on it.
 ON_CURVE = 1e-9
 #: A link shorter than this part of the size of the path is no link.
@@ -152,12 +154,16 @@ class CurveTask:
 
     def problem(self) -> Problem:
         """The system with this task's parameters."""
-        known = COUNTS.get(self.name)
+        known, source = COUNTS.get(self.name, (None, ""))
+        line = most_on_a_line(self.points)
+        if known is not None and len(line) > ON_LINE:
+            which = f"{', '.join(map(str, line[:-1]))} and {line[-1]}"
+            source += f"; here points {which} are on one line, and some roots are at infinity or multiple instead"
         return Problem(
             self.system(),
             self.values,
             finite=known,
-            evidence="Wampler, Morgan, Sommese 1992" if self.nine else "",
+            evidence=source,
             mirror=self.mirror,
             catalogue=self.name,
         )
@@ -223,6 +229,23 @@ class CurveTask:
         place = np.stack([np.where((p := known.find(image)) < 0, np.arange(len(rows)), p) for image in images])
         first[rows] = rows[place.min(axis=0)]
         return first
+
+
+def most_on_a_line(points: NDArray[np.complex128]) -> list[int]:
+    """The most points that are on one line.
+
+    Examples
+    --------
+    >>> most_on_a_line(np.array([0, 1, 2, 1j, 3, 1 + 1j]))
+    [0, 1, 2, 4]
+    """
+    size = float(np.abs(points - points.mean()).max()) or 1.0
+    best: list[int] = []
+    for a, b in combinations(points, 2):
+        if a != b:
+            off = np.abs(((points - a) * np.conj(b - a)).imag) / abs(b - a)
+            best = max(best, np.flatnonzero(off < ON_CURVE * size).tolist(), key=len)
+    return best
 
 
 def degenerate_points(points: NDArray[np.complex128]) -> str:

@@ -26,8 +26,14 @@ Array = NDArray[np.complex128]
 
 #: The entry of the nine-point problem.
 NINE = "four-bar-path:9"
-#: Numbers of roots that others have established.
-COUNTS = {NINE: 8652}
+#: Numbers of roots that another route than monodromy has established, and which.
+_PAPER = "Wampler, Morgan, Sommese 1992"
+COUNTS = {
+    NINE: (8652, f"{_PAPER}; regeneration agrees"),
+    "four-bar-path:8:g": (8984, "regeneration and monodromy agree"),
+    "four-bar-path:7:y_N,g": (3200, "a polyhedral start and monodromy agree"),
+    "four-bar-path:6:y_M,y_N,g": (1320, "a polyhedral start and monodromy agree"),
+}
 
 
 def curve_name(points: int, chosen: tuple[str, ...]) -> str:
@@ -54,13 +60,14 @@ def curve_recipe(name: str, points: str, chosen: str = "") -> Recipe:
             kept=8,
             restore=_nine_point_turns,
             orbit=_nine_point_orbit,
-            count=COUNTS[NINE],
-            source="Wampler, Morgan, Sommese 1992",
+            count=COUNTS[NINE][0],
+            source=COUNTS[NINE][1],
         )
     ordered = tuple(item for item in NAMES if item in given)
     if ordered != given or len(given) + number != len(NAMES) or number < 2:
         raise ValueError(name)
     exchange = swapped_curve(given)
+    count, source = COUNTS.get(name, (None, ""))
     return Recipe(
         name=name,
         title=f"four-bar whose coupler curve passes through {number} points, {', '.join(given)} given",
@@ -69,6 +76,8 @@ def curve_recipe(name: str, points: str, chosen: str = "") -> Recipe:
         symmetry=() if exchange is None else (exchange,),
         kept=len(curve_columns(given)),
         restore=partial(_curve_turns, number, given),
+        count=count,
+        source=source,
         orbit=None if exchange is None else lambda x, parameters: np.stack([x, exchange(x)]),
     )
 

@@ -42,6 +42,7 @@ __all__ = [
     "SEQUENCE",
     "check_mixed",
     "entry_name",
+    "in_sequence",
     "is_mixed",
     "mixed_candidates",
     "mixed_problem",
@@ -135,6 +136,12 @@ def _check_sequence(task: Task, count: int) -> None:
         )
 
 
+def in_sequence(task: Task, poses: Poses) -> Poses:
+    """Positions in their order of visit."""
+    order = [int(number) for number in task.free.get(SEQUENCE, range(len(poses)))]
+    return Poses(poses.points[order], poses.angles[order])
+
+
 def entry_name(task: Task) -> str:
     """The name of the generic solutions in the catalogue."""
     poses, points = _counts(task)
@@ -187,8 +194,7 @@ def mixed_candidates(task: Task, solutions: Solutions) -> Iterator[Candidate]:
         if SEQUENCE not in task.free:
             yield pair_candidate(everywhere, *dyads, task.title, task.length_unit, extra)
             continue
-        order = [int(number) for number in task.free[SEQUENCE]]
-        everywhere = Poses(everywhere.points[order], everywhere.angles[order])
+        everywhere = in_sequence(task, everywhere)
         candidate = pair_candidate(everywhere, *dyads, task.title, task.length_unit, extra)
         # the positions are no longer in the task's order, so that the error is measured here: it is in the links
         error = max(float(dyad.errors(everywhere).max()) for dyad in dyads)

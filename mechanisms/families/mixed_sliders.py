@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mechanisms.families.base import Candidate
 from mechanisms.families.dyad_pairs import pair_candidate
-from mechanisms.families.mixed_motion import SEQUENCE
+from mechanisms.families.mixed_motion import SEQUENCE, in_sequence
 from mechanisms.families.motion_dyads import MotionDyad, Poses
 from mechanisms.families.tolerance import Pair
 from mechanisms.families.tolerance_mixed import MixedPositions, positions_of
@@ -67,8 +67,7 @@ def slider_candidates(task: Task, at_infinity: int) -> Iterator[Candidate]:
             if result is None or any(_same(result[0], other, positions.size) for other, _ in found):
                 continue
             found.append(result)
-            order = [int(number) for number in task.free.get(SEQUENCE, range(len(positions)))]
-            everywhere = Poses(result[1].points[order], result[1].angles[order])
+            everywhere = in_sequence(task, result[1])
             error = max(float(dyad.errors(everywhere).max()) for dyad in result[0])
             candidate = pair_candidate(everywhere, *result[0], task.title, task.length_unit)
             yield replace(candidate, pose_error=error, angle_error=0.0)

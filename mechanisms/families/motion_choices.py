@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from mechanisms.families.circle_points import CircleCurve
-from mechanisms.families.dyad_pools import DyadPool, Region, curve_pool, sampled_pool
+from mechanisms.families.dyad_pools import DyadPool, curve_pool, sampled_pool
 from mechanisms.families.motion_dyads import Poses
+from mechanisms.families.regions import Region
 from mechanisms.families.translations import Regions
 from mechanisms.task import Task, TaskError
 

@@ -91,7 +91,10 @@ class SolutionMap:
             poses = Poses.of(poses.poses[BODY])
         if len(poses) != 4:
             raise TaskError(f"{len(poses)} poses given; the map belongs to four, which leave a curve of dyads")
-        curve = CircleCurve(poses)
+        try:
+            curve = CircleCurve(poses)
+        except ValueError as error:
+            raise TaskError(f"the four poses have no map: {error}; everylinkage solve says what there is") from None
         parts = []
         for number, circuit in enumerate(curve.circuits):
             share = count // len(curve.circuits)

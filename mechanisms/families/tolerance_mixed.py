@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mechanisms.families.alt_burmester import mixed_dyads, mixed_parameters, mixed_poses
 from mechanisms.families.base import BODY
-from mechanisms.families.mixed_motion import SEQUENCE, mixed_problem, numbers_given, partners
+from mechanisms.families.mixed_motion import in_sequence, mixed_problem, numbers_given, partners
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.tolerance import Pair
 from mechanisms.task import Task
@@ -117,8 +117,5 @@ class MixedPositions:
             misses = [float(dyad.errors(everywhere).max()) / (self.task.size + dyad.length) for dyad in dyads]
             if max(misses) > ACCURATE:
                 continue
-            if SEQUENCE in self.task.free:
-                order = [int(number) for number in self.task.free[SEQUENCE]]
-                everywhere = Poses(everywhere.points[order], everywhere.angles[order])
-            found.append(Pair(dyads, everywhere, (root, values)))
+            found.append(Pair(dyads, in_sequence(self.task, everywhere), (root, values)))
         return found

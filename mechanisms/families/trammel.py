@@ -29,7 +29,7 @@ B, C, Q, a, b the paper lets one choose has this form, κ = 0 whenever θ₀ is 
 from __future__ import annotations
 
 import cmath
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -172,25 +172,22 @@ def trammel_system(poses: int, quadratic: bool = False) -> System:
     >>> trammel_system(7)
     System(12 equations, 12 unknowns, 24 parameters, degrees 3·3·3·3·3·3·3·3·3·3·3·3)
     """
-    from sympy import symbols
+    from solvers.formulas import system_of
 
-    from solvers import System
+    def equations(v: Mapping[str, Any]) -> list[Any]:
+        m, mc, d, dc, R, Rc = (v[name] for name in ESSENTIAL)
+        q, qc = m - d - R, mc - dc - Rc
+        closures = []
+        for i in range(1, poses):
+            p, pc, c, cc, s = (v[f"{name}{i}"] for name in ("p", "pc", "c", "cc", "s"))
+            closures += [
+                ((R * s + d) * s - m) * c + (q - p) * cc,
+                (Rc + (dc - mc * s) * s) * cc + (qc - pc) * s**2 * c,
+            ]
+        return closures + _conditions(v, poses, quadratic)
 
-    essential = symbols(" ".join(ESSENTIAL))
-    m, mc, d, dc, R, Rc = essential
-    q, qc = m - d - R, mc - dc - Rc
-    equations, parameters, turns = [], [], []
-    for i in range(1, poses):
-        p, pc, c, cc = symbols(f"p{i} pc{i} c{i} cc{i}")
-        s = symbols(f"s{i}")
-        equations += [
-            ((R * s + d) * s - m) * c + (q - p) * cc,
-            (Rc + (dc - mc * s) * s) * cc + (qc - pc) * s**2 * c,
-        ]
-        parameters += [p, pc, c, cc]
-        turns.append(s)
-    rows, values = _conditions(essential, poses, quadratic)
-    return System(equations + rows, (*essential, *turns), parameters + values)
+    turns = [f"s{i}" for i in range(1, poses)]
+    return system_of(equations, [*ESSENTIAL, *turns], _parameters(poses, quadratic))
 
 
 @cache
@@ -206,34 +203,38 @@ def resultant_system(poses: int, quadratic: bool = False) -> System:
 
     from solvers import System
 
-    essential = symbols(" ".join(ESSENTIAL))
-    m, mc, d, dc, R, Rc = essential
-    equations, parameters = [], []
+    parameters = _parameters(poses, quadratic)
+    v = {name: symbols(name) for name in (*ESSENTIAL, *parameters)}
+    m, mc, d, dc, R, Rc = (v[name] for name in ESSENTIAL)
+    equations = []
     for i in range(1, poses):
-        p, pc, c, cc = symbols(f"p{i} pc{i} c{i} cc{i}")
+        p, pc, c, cc = (v[f"{name}{i}"] for name in ("p", "pc", "c", "cc"))
         low, high = (m - d - R - p) * cc - m * c, (mc - dc - Rc - pc) * c - mc * cc
         # R c s² + d c s + low and high s² + d̄ c̄ s + R̄ c̄ have a root in common
         outer, first = R * Rc * c * cc - low * high, R * dc * c * cc - d * c * high
         equations.append(outer**2 - first * (d * c * Rc * cc - dc * cc * low))
-        parameters += [p, pc, c, cc]
-    rows, values = _conditions(essential, poses, quadratic)
-    return System(equations + rows, essential, parameters + values)
+    equations += _conditions(v, poses, quadratic)
+    return System(equations, [v[name] for name in ESSENTIAL], [v[name] for name in parameters])
 
 
-def _conditions(essential: Sequence[Any], poses: int, quadratic: bool) -> tuple[list[Any], list[Any]]:
-    from sympy import symbols
-
-    m, mc, _, _, R, Rc = essential
-    rows, values = [], []
+def _parameters(poses: int, quadratic: bool) -> list[str]:
+    """Names of the parameters, in order."""
+    names = [f"{name}{i}" for i in range(1, poses) for name in ("p", "pc", "c", "cc")]
     for k in range(MOST_POSES - poses):
-        kappa, *linear, constant = symbols(f"k{k} " + " ".join(f"l{k}{name}" for name in ESSENTIAL) + f" n{k}")
-        row = sum(factor * unknown for factor, unknown in zip(linear, essential)) + constant
+        names += [f"k{k}"] if quadratic and k == 0 else []
+        names += [*(f"l{k}{name}" for name in ESSENTIAL), f"n{k}"]
+    return names
+
+
+def _conditions(v: Mapping[str, Any], poses: int, quadratic: bool) -> list[Any]:
+    """The conditions on the essential unknowns, from the values of all names."""
+    rows = []
+    for k in range(MOST_POSES - poses):
+        row = sum((v[f"l{k}{name}"] * v[name] for name in ESSENTIAL), v[f"n{k}"])
         if quadratic and k == 0:
-            row += kappa * (m * mc - R * Rc)
-            values.append(kappa)
+            row += v["k0"] * (v["m"] * v["mc"] - v["R"] * v["Rc"])
         rows.append(row)
-        values += [*linear, constant]
-    return rows, values
+    return rows
 
 
 def pose_values(

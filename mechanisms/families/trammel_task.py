@@ -124,7 +124,23 @@ class TrammelTask:
                 f"one trammel its shifted copies would do as well and no finite number of designs can be listed; turn "
                 f"the body in one pose, or use points with four-bar-path and parallelogram links"
             )
+        centre = self._centre()
+        if centre is not None:
+            raise TaskError(
+                f"{self.task.where}: poses: the body only turns about the point ({centre.real:g}, {centre.imag:g}), "
+                f"and a pin there carries it; a disk that turns with the body about that point would do with any two "
+                f"pins, so that no finite number of trammels can be listed; move one pose"
+            )
         _ = self.choices
+
+    def _centre(self) -> complex | None:
+        """The point of the world about which all poses turn the body, if there is one."""
+        factors = 1 - np.exp(1j * self.turns)
+        turned = np.abs(factors) > TURNED
+        centre = np.mean(self.points[turned] / factors[turned])
+        if np.abs(self.points - factors * centre).max() > TURNED * max(self.task.size, abs(centre)):
+            return None
+        return complex(self.origin + centre)
 
     def problem(self) -> Problem:
         """The tracking form with this task's parameters."""

@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 
 from mechanisms.families.base import BODY, Candidate
 from mechanisms.families.dyad_pairs import pair_candidate
-from mechanisms.families.dyad_pools import Region, sampled_pool, third_point
+from mechanisms.families.dyad_pools import sampled_pool, third_point
 from mechanisms.families.motion_dyads import MotionDyad, Poses, tidy
 from mechanisms.families.pair_search import search_candidates
+from mechanisms.families.regions import Region
 from mechanisms.linkage import GROUND, Input, Linkage, Slider
 
 __all__ = ["circle_of", "line_of", "translation_candidates"]

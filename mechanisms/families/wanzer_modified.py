@@ -10,9 +10,11 @@ Three problems that do not know of each other, and their product:
 Any trammel goes with any four-bar for the same A.  Most pairs are hopeless for reasons that one half shows alone,
 and these are named on the half, so that the product is never written out:
 
-- the crank of a four-bar must take A through its places on one branch and in order, whatever is attached to A;
-- between two dead centres the determinant of the trammel's two slots by (θ, φ), with A led, keeps its sign: a trammel
-  with both signs among the poses has a dead centre between them, or other circuits.
+- a four-bar must have A's places on one circuit, and where its crank or rocker is driven, on one branch of it and in
+  order, whatever is attached to A;
+- between two dead centres of the crank the determinant of the trammel's two slots by (θ, φ), with A led, keeps its
+  sign: a trammel with both signs among the poses has a dead centre between them, or other circuits.  It says nothing
+  when the disk is driven.
 
 What is left is built and moved as a whole, by `mechanisms.motion`, which alone accepts a design.
 
@@ -57,7 +59,7 @@ __all__ = ["WanzerModified", "trammel_signs"]
 #: Where L_AP or δ is a range, so many points A are tried unless the task says otherwise.
 SAMPLES = 8
 #: Eight poses without an exact trammel: each trammel leads A to places of its own, so that each needs a four-bar
-#: problem of its own; so many of the best trammels are completed.
+#: problem of its own; for each point A so many of the best trammels are completed.
 COMPLETED = 2
 
 _A_POINT = (
@@ -123,13 +125,9 @@ class WanzerModified(Family):
         problem = self.system(task)
         assert problem is not None
         solved = solve_eight(task, solver) if eight else [Solved(problem, solver(problem))]
-        if eight:
-            answer = eight_pose_answer(task, solved)
-            turns = [None] if answer.ranked and answer.ranked[0].exact else _to_complete(task, answer)
-        else:
-            turns = [None]
+        answer = eight_pose_answer(task, solved) if eight else None
         for a_point in _a_points(task):
-            for near in turns:
+            for near in _to_complete(task, answer, a_point):
                 curve = _curve(task, a_point, near)
                 problem = curve.problem()
                 solved.append(Solved(problem, solver(problem)))
@@ -141,7 +139,7 @@ class WanzerModified(Family):
         """The halves that fail alone, then the pairs."""
         eight = len(task.poses[BODY]) == EIGHT
         trammels: list[Placed | Near] = []
-        turns: list[Near | None] = [None]
+        answer = None
         part = seven_of(task)
         count = EIGHT if eight else 1
         if len(solved) < count:
@@ -149,9 +147,10 @@ class WanzerModified(Family):
         if eight:
             answer = eight_pose_answer(task, solved[:count], progress)
             yield from answer.rejected
-            exact = bool(answer.ranked) and answer.ranked[0].exact
-            trammels = [near for near in answer.ranked if near.exact] if exact else list(_to_complete(task, answer))
-            turns = [None] if exact else list(trammels)  # type: ignore[arg-type]
+            trammels = [near for near in answer.ranked if near.exact]
+            if not trammels:
+                chosen = {id(n): n for a in _a_points(task) for n in _to_complete(task, answer, a) if n is not None}
+                trammels = list(chosen.values())
             yield from _unused(answer, trammels)
         else:
             for found in part.trammels(solved[0].solutions):
@@ -163,12 +162,12 @@ class WanzerModified(Family):
         signed = [self._signed(part, each) for each in trammels]
         parts = iter(solved[count:])
         for number, a_point in enumerate(_a_points(task)):
-            for near in turns:
+            for near in _to_complete(task, answer, a_point):
                 each = next(parts, None)
                 if each is None:
                     return
-                chosen = [t for t in signed if near is None or t[0] is near]
-                yield from self._product(task, part, a_point, near, chosen, each, first, number, progress)
+                those = [t for t in signed if near is None or t[0] is near]
+                yield from self._product(task, part, a_point, near, those, each, first, number, progress)
                 first += len(each.solutions.points)
 
     def _signed(self, part: TrammelTask, found: Placed | Near) -> tuple[Placed | Near, NDArray, NDArray, NDArray]:
@@ -203,7 +202,7 @@ class WanzerModified(Family):
         good: list[tuple[Placed | Near, NDArray, NDArray]] = []
         for trammel, points, turns, disk in trammels:
             signs = trammel_signs(trammel.trammel, a0, points, turns, disk)
-            if np.all(signs > 0) or np.all(signs < 0):
+            if _driven(task) is None or np.all(signs > 0) or np.all(signs < 0):
                 good.append((trammel, turns, disk))
             elif number == 0:
                 note = "trammel: its determinant changes sign between the poses, whatever leads A"
@@ -274,21 +273,28 @@ def _curve(task: Task, a_point: _APoint, near: Near | None = None) -> CurveTask:
     return CurveTask(np.array(points, np.complex128), chosen)
 
 
+def _driven(task: Task) -> str | None:
+    """What drives the four-bar, in the words of `mechanisms.fourbar`; None when the trammel may drive it."""
+    wanted = str(task.constraints.get("input", "crank"))
+    return {"crank": "crank", "rocker": "follower"}.get(wanted)
+
+
 def _sound_four_bars(found: Sequence[Found], task: Task) -> tuple[list[Found], list[Candidate]]:
-    """Those of which the crank takes A through its places, and the others with their defect."""
+    """Those which take A through its places, and the others with their defect."""
     from mechanisms.fourbar import judge_four_bars
 
     if not found:
         return [], []
     joints = [[f.four_bar.M, f.four_bar.R[0], f.four_bar.S[0], f.four_bar.N] for f in found]
     rotations = np.stack([f.four_bar.rotations() for f in found])
-    driven = {"crank": "crank", "rocker": "follower"}.get(str(task.constraints.get("input", "crank")))
-    if driven is None:  # driven from the trammel: the four-bar's own branches decide nothing
-        return list(found), []
-    verdict = judge_four_bars(joints, rotations, driven)
+    driven = _driven(task)
+    tests: tuple[tuple[str, str], ...] = (("circuit", "same_circuit"), ("branch", "same_branch"), ("order", "in_order"))
+    if driven is None:  # driven from the trammel, a four-bar passes its own dead centres
+        tests = tests[:1]
+    verdict = judge_four_bars(joints, rotations, driven or "crank")
     good, failed = [], []
     for k, each in enumerate(found):
-        for reason, key in (("circuit", "same_circuit"), ("branch", "same_branch"), ("order", "in_order")):
+        for reason, key in tests:
             if not verdict[key][k]:
                 failed.append(
                     Candidate(
@@ -339,14 +345,17 @@ def _note(near: Near) -> str:
     return "least squares" if near.omitted is None else f"pose {near.omitted}: position exact, orientation near"
 
 
-def _to_complete(task: Task, answer: EightPoses) -> list[Near]:
-    """The best trammels for eight poses whose determinant keeps its sign for the first point A."""
-    a_point = _a_points(task)[0].place(task.poses[BODY][0].angle)
+def _to_complete(task: Task, answer: EightPoses | None, a_point: _APoint) -> Sequence[Near | None]:
+    """What each four-bar problem of a point A belongs to: None is for all exact trammels together, which lead A to
+    the same places; trammels that are not exact, the best ones whose determinant keeps its sign, have one each."""
+    if answer is None or (answer.ranked and answer.ranked[0].exact):
+        return [None]
+    a0 = a_point.place(task.poses[BODY][0].angle)
     points = np.array([pose.point - task.poses[BODY][0].point for pose in task.poses[BODY]])
-    good = []
+    good: list[Near | None] = []
     for near in answer.ranked:
-        signs = trammel_signs(near.trammel, a_point, points, near.coupler, near.disk)
-        if np.all(signs > 0) or np.all(signs < 0):
+        signs = trammel_signs(near.trammel, a0, points, near.coupler, near.disk)
+        if _driven(task) is None or np.all(signs > 0) or np.all(signs < 0):
             good.append(near)
         if len(good) == COMPLETED:
             break

@@ -113,13 +113,23 @@ def _example_a() -> list[Comparison]:
         f"the peak cannot fall below {first.bound:.3f}; −T_S2 in Eq. (14) stands for negative stiffness"
     )
     links = solve_links(task, 1, [-1.5, np.radians(90)])[0][0]
+    half_turn = least_peak_torque(feeder(180.0), 1)
+    energy_of = "the same work against the load, over the rotation that is used"
     return [
         Comparison(where, "gain of height times load, N·cm", "20.78", task.work),
         Comparison(where, "Case I, R = −1.5, φ2 = 90°: Z1", "", complex(links[0]), "Eq. (12)", kind="inferred"),
         Comparison(where, "Case I: least peak torque, N·cm", "", first.peak, bounds, kind="inferred"),
-        Comparison(where, "… and its energy bound 20.78/|φ2|", "", first.bound, "", kind="inferred"),
+        Comparison(where, "… and its energy bound 20.78/|φ2|", "", first.bound, energy_of, kind="inferred"),
+        Comparison(where, "Case I, φ2 ≤ 180°: least peak torque, N·cm", "", half_turn.peak,
+                   "half the work: T = 10.39 sin φ, by many chains near R = −1", kind="inferred"),
+        Comparison(where, "… and its energy bound 20.78/|φ2|", "", half_turn.bound, energy_of, kind="inferred"),
+        Comparison(where, "Case II: least peak torque, N·cm", "", second.peak, "no better than without springs",
+                   kind="inferred"),
+        Comparison(where, "… and its energy bound", "", second.bound, "", kind="inferred"),
         claim(where, "Case II reduces the torque by an order of magnitude", gain > 10, why),
         Comparison(where, "Case III: least peak torque found, N·cm", "", third.peak, bounds, kind="inferred"),
+        Comparison(where, "… and its energy bound", "", third.bound, "the springs give what the load takes",
+                   kind="inferred"),
         claim(where, "Case III reduces the torque by an order of magnitude", first.peak / third.peak > 10,
               "springs that are wound up in the lower position, by at most 540°"),
     ]  # fmt: skip

@@ -354,3 +354,14 @@ def test_tables_fit_the_terminal(call, run, monkeypatch, width):
     table = out[out.index("verdict") :]
     assert all(len(line) <= width for line in table.splitlines())
     assert "accepted" in table and "27.6" in table and "D008" in table
+
+
+def test_what_concerns_the_whole_task_stands_below_the_table(tmp_path, capsys):
+    rows = "{x=0,y=0,angle_deg=0},{x=30,y=40,angle_deg=20},{x=80,y=55,angle_deg=55}"
+    free = "O1_x = 0\nO1_y = -40\nO2_x = 60\nO2_y = -40\ntolerance_x = [0.0, 0.01, 0.01]"
+    path = tmp_path / "task.toml"
+    path.write_text(
+        f'mechanism = "four-bar-motion"\nposes = [{rows}]\n[free]\n{free}\n[constraints]\nmin_transmission_deg = 20\n'
+    )
+    assert main(["solve", str(path)]) == 0
+    assert "none of 128 tasks within the tolerances" in capsys.readouterr().out

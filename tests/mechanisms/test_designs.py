@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -72,6 +73,27 @@ def test_a_damaged_run_file_is_refused(result, tmp_path):
         run.put("design", {"0": {"id": "D001"}})
     with pytest.raises(StoreError, match="is damaged"):
         Result.load(path)
+
+
+def test_designs_are_in_the_run_file_as_they_are_judged(result, tmp_path, monkeypatch):
+    """At every moment all whole batches are there; what a stopped run had judged is there in the end, ranked."""
+    monkeypatch.setattr(sys.modules["mechanisms.synthesize"], "BATCH", 2)
+    path, seen = tmp_path / "run.db", []
+
+    def look(what, done, total):
+        if what == "judging motion" and done == total:
+            with RunFile.open(path) as run:
+                seen.append(len(list(run.documents("design"))))
+            if total >= 6:
+                raise KeyboardInterrupt
+
+    stopped = synthesize(three_pose_task(-31.70257), seed=1, run=path, progress=look)
+    assert seen == [2, 4, 6] and stopped.state == "stopped"
+    again = Result.load(path)
+    assert again.as_dict() == stopped.as_dict() and len(again.designs) == 6
+    whole = synthesize(three_pose_task(-31.70257), seed=1, run=path, resume=True)
+    assert whole.as_dict() == result.as_dict()
+    assert [d.id for d in Result.load(path).designs] == [d.id for d in rank(result.designs)]
 
 
 def test_errors_are_measured_on_the_linkage_itself(result):

@@ -187,6 +187,13 @@ def test_points_and_choices_without_sense_are_explained(points, free, message):
         task(points, free)
 
 
+def test_points_on_a_line_are_named_in_the_evidence():
+    """Two lines meet in problem 4; the longer one is named.  General points are not suspected."""
+    for points, line in ((OTHERS[4][0], "points 0, 1, 2 and 3 are on one line"), (OTHERS[1][0], "")):
+        evidence = CurveTask(np.array([complex(*p) for p in points]), {}).problem().evidence
+        assert ("on one line" in evidence) == bool(line) and line in evidence
+
+
 def test_six_points_on_a_line_are_allowed():
     assert degenerate_points(np.arange(6) + 0j) == ""
     assert "line" in degenerate_points(np.array([0, 1, 2, 3, 4, 5, 6.5, 1j]))

@@ -8,9 +8,10 @@ import pytest
 from mechanisms import Task, TaskError, synthesize
 from mechanisms.families.circle_points import CircleCurve
 from mechanisms.families.dyad_pairs import pair_linkage
-from mechanisms.families.dyad_pools import Region, curve_pool, sampled_pool
+from mechanisms.families.dyad_pools import curve_pool, sampled_pool
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.pair_search import judge_pairs
+from mechanisms.families.regions import Region
 from mechanisms.families.solution_map import BRANCH, CIRCUIT, ORDER, SolutionMap
 from mechanisms.motion import judge
 
@@ -86,6 +87,11 @@ def test_the_map_is_drawn(lift_map, tmp_path):
 def test_the_map_needs_four_poses():
     with pytest.raises(TaskError, match="belongs to four"):
         SolutionMap.of(Poses.of(LIFT[:3]))
+
+
+def test_parallel_poses_have_no_map():
+    with pytest.raises(TaskError, match="have no map: the body never turns"):
+        SolutionMap.of(Poses.of([(3, 0, 5), (0, 3, 5), (-3, 0, 5), (0, -3, 5)]))
 
 
 def test_every_dyad_of_a_pool_carries_the_body():

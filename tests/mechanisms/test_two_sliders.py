@@ -8,8 +8,9 @@ import pytest
 from mechanisms import Task, synthesize
 from mechanisms.families.circle_points import inverse_poses
 from mechanisms.families.dyad_pairs import pair_linkage
-from mechanisms.families.dyad_pools import Region, sampled_pool, sliders_of_circles
+from mechanisms.families.dyad_pools import sampled_pool, sliders_of_circles
 from mechanisms.families.motion_dyads import MotionDyad, Poses
+from mechanisms.families.regions import Region
 from mechanisms.families.two_sliders import pivot, slider_pairs, slider_verdict
 from mechanisms.motion import judge
 

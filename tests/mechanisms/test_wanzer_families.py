@@ -145,6 +145,8 @@ def test_defect_free_modified_wanzers(poses, free, table, count):
     [
         ("rotatory-trammel", 7, {}, [(k, k * k / 3, 30) for k in range(7)], "pure translation"),
         ("wanzer-modified", 7, {"g": 1, "y_N": 0, "L_AP": 1, "delta_deg": 0}, [(k, k**2, 5) for k in range(7)], "pure"),
+        ("rotatory-trammel", 7, {}, [(0, 0, 9 * k) for k in range(7)], r"only turns about the point \(0, 0\)"),
+        ("rotatory-trammel", 7, {}, [(5 + math.cos(k), math.sin(k), math.degrees(k)) for k in range(7)], r"\(5, .*\)"),
         ("rotatory-trammel", 7, {"x_C": 0.0, "theta0_deg": 1.0}, None, "too many"),
         ("rotatory-trammel", 5, {}, None, "too few"),
         ("wanzer-modified", 7, {"g": 1.8, "y_N": -1.75}, None, "L_AP"),

@@ -103,6 +103,17 @@ def test_without_a_trace_test_completeness_stays_open():
     assert monodromy(System([x**3 - a], [x], [a]), trace=False).complete is None
 
 
+def test_the_evidence_reads_well():
+    one = monodromy(System([x - a], [x], [a]), count=1)
+    assert one.evidence == "1 leg of monodromy, 1 path, known count 1 reached"
+    pair = monodromy(System([x**2 - a], [x], [a]), symmetry=[lambda points: -points])
+    assert "estimate 2, 1 orbit of 2, trace test passed (residual " in pair.evidence
+    assert pair.evidence.endswith(" points, all parameters moved, u = a combination of all unknowns)")
+    task = solve(System([x**2 - a], [x], [a]), [4], start=pair)
+    assert task.evidence.startswith("all 2 paths of the parameter homotopy")
+    assert "homotopy homotopy" not in task.evidence and "inf" not in task.evidence
+
+
 def test_same_seed_same_roots_for_any_number_of_workers():
     point, values = trammel_seed(np.random.default_rng(5))
     one, two = (

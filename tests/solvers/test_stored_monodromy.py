@@ -4,16 +4,16 @@ import os
 import signal
 import subprocess
 import sys
+from importlib import import_module
 
 import numpy as np
 import pytest
 import sympy
 
 from benchmarks.many_roots import ring, whole
-from solvers import InvalidSystem, System, monodromy
+from solvers import InvalidSystem, System, monodromy, stored_monodromy
 from solvers.points import PointSet, pairs_of_equals
 from solvers.store import RunFile
-from solvers.stored_monodromy import stored_monodromy
 
 x, y, a, b, c = sympy.symbols("x y a b c")
 SIZE = 4  # 256 roots
@@ -71,8 +71,7 @@ def test_the_number_of_workers_changes_nothing(tmp_path):
 
 
 def test_no_more_than_a_batch_is_in_memory_at_once(run, monkeypatch):
-    import solvers.stored_monodromy as module
-
+    module = import_module("solvers.stored_monodromy")
     sizes, carry = [], module.carry
     monkeypatch.setattr(
         module,
@@ -112,7 +111,7 @@ def test_one_root_of_each_orbit_is_stored(run):
 
 
 def test_a_count_that_is_not_reached_is_told(run, monkeypatch):
-    monkeypatch.setattr("solvers.stored_monodromy.MOST_LEGS", 12)
+    monkeypatch.setattr(import_module("solvers.stored_monodromy"), "MOST_LEGS", 12)
     roots = stored_monodromy(System([x**2 - a], [x], [a]), run, count=3)
     assert len(roots) == 2 and roots.complete is False and "not reached" in roots.evidence
 

@@ -1,13 +1,11 @@
 """Chunks, the run file and the ladder round a homotopy."""
 
-import json
 import threading
-from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
+from nasty_files import FOLDER, read
 
 from benchmarks.zoo import ZOO
 from solvers import System, tracking
@@ -16,7 +14,6 @@ from solvers.homotopy import parameter_homotopy
 from solvers.kernel.reference import Settings
 from solvers.solve import homotopy_for
 from solvers.store import RunFile
-from solvers.tape import Program
 from solvers.tracking import LAST_RUNG, Interrupted, Run, digest, track_all
 
 x, y, a = sympy.symbols("x y a")
@@ -144,17 +141,8 @@ def test_paths_that_were_given_up_reach_their_ends_on_the_ladder():
 
 def beyond_double_double():
     """The homotopy of a nasty path that needs 64 digits, and its ends."""
-    data = json.loads((Path(__file__).parent / "nasty" / "multiplied_out_past_infinity.json").read_text())
-    given = data["program"]
-    program = Program(
-        unknowns=given["unknowns"],
-        parameters=given["parameters"],
-        constants=tuple((Fraction(a), Fraction(b)) for a, b in given["constants"]),
-        code=np.array(given["code"], np.int32),
-        outputs={"F": np.array(given["equations"], np.int32)},
-    )
-    start, base, direction, end = (np.array(data[name]) @ [1, 1j] for name in ("start", "base", "direction", "end"))
-    return parameter_homotopy(program, base + direction, base, start), end
+    nasty = read(FOLDER / "multiplied_out_past_infinity.json")
+    return nasty.homotopy(), nasty.end
 
 
 def test_what_double_double_cannot_follow_is_tracked_with_64_digits():
