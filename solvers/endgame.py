@@ -64,14 +64,23 @@ TRUSTED = 1e6
 SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
 COKERNEL = 2e-14
+#: From a multiple root Newton's method goes no farther than so many times the error of the limit …
+STEP_OF_ERRORS = 10.0
+#: … in the directions whose singular values are above this; below, they are rounding errors.
+VANISHED = 1e-15
 #: A path may go straight to r = 0 when its tangent moves it by less than this, relative …
 SHORT_WAY = 0.1
 #: … and the first Newton steps there shrink by this factor each.
 STRONG = 0.2
 #: A Newton step cannot be smaller than about this times the condition number.
 ROUNDING = 1e-15
-#: At a singular root that has been refined in double-double the condition number is 1e15 or more.
-HOPELESS = 1e13
+#: At a singular root that has been refined in double-double the condition number is 1e15 or more; at the simple
+#: roots of a cluster of three, a millionth apart, it is 1e13.
+HOPELESS = 2e14
+#: Simple roots this near to a limit, relative, make it doubtful that it is a multiple root.
+CLUSTER = 1e-4
+#: Points tracked in double-double are known this well, relative.
+EXACT = 1e-13
 #: Last step in double-double of a Newton iteration that converges quadratically.
 QUADRATIC = 1e-18
 #: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
@@ -98,7 +107,8 @@ class Ends:
     winding : ndarray of int
         0 where no loop was needed.
     condition : ndarray
-        Scaled condition number of the Jacobian at a finite end.
+        Scaled condition number of the Jacobian at a finite end, as far as it makes it uncertain which root that
+        is: one for paths that were led there in more than double precision.
     ticks : ndarray of int
     why : dict of int to str
         Row to what happened, for the failed.
@@ -172,6 +182,7 @@ def finish(
     if not count:
         return ends
     walk = _Walk(engine, equations, target, direction, settings, ends)
+    walk.precise = deepest < smallest
     radius = FIRST_RADIUS
     rows, points = walk.advance(np.arange(count), ends.x, 1.0, radius)
     if rows.size:
@@ -192,6 +203,8 @@ def finish(
 
 class _Walk:
     """Paths on their last stretch, with what earlier radii have told about each."""
+
+    precise = False  # whether points are known to more than double precision
 
     def __init__(self, engine, equations, target, direction, settings, ends: Ends) -> None:
         self.engine, self.equations, self.settings, self.ends = engine, equations, settings, ends
@@ -216,7 +229,7 @@ class _Walk:
         self.ends.ticks[rows] += done.ticks
         arrived = done.status == REACHED
         if arrived.any():
-            good = self._regular(rows[arrived], done.x[arrived])
+            good = self._regular(rows[arrived], done.x[arrived], done.x[arrived])
             again = np.flatnonzero(arrived)[~good]
             if again.size:  # an ill-conditioned end: go back and stop at the radius
                 redo = self.engine.track(
@@ -260,7 +273,7 @@ class _Walk:
         jumped = np.zeros(len(rows), bool)
         if not near.size:
             return jumped
-        x = points[near] - slope[near]
+        x = first = points[near] - slope[near]
         sizes, noise = [], np.zeros(len(near))
         for _ in range(2):
             step, size, condition = newton_step(self.program, x, self.target, self.typical)
@@ -268,12 +281,13 @@ class _Walk:
             noise = ROUNDING * condition
             x = x - step
         good = (sizes[0] < STRONG * way[near] + noise) & (sizes[1] < STRONG * sizes[0] + noise)
-        good[good] = self._regular(rows[near[good]], x[good])
+        good[good] = self._regular(rows[near[good]], x[good], first[good], STRONG * way[near[good]])
         jumped[near[good]] = True
         self.refusals[rows[near[~good]]] += 1
         return jumped
 
-    def _regular(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
+    def _regular(self, rows: np.ndarray, points: np.ndarray, first: np.ndarray, reach: Any = 0.0) -> np.ndarray:
+        """Whether points are the regular ends of paths that led to `first`, as near as `reach` (relative)."""
         polished, size, condition = newton(self.program, points, self.target, self.typical)
         good = (condition < TRUSTED) & (size < CONFIRMED)
         self.ends.x[rows[good]] = polished[good]
@@ -281,7 +295,11 @@ class _Walk:
         self.ends.kind[rows[good]] = REGULAR
         unsure = np.flatnonzero(~good & np.isfinite(condition))
         if unsure.size:
-            good[unsure] = self._is_simple(rows[unsure], polished[unsure])
+            if self.precise:  # in double precision Newton's method has lost what the path knew
+                reach = np.broadcast_to(reach, len(rows))[unsure] + EXACT
+                good[unsure] = self._is_simple(rows[unsure], first[unsure], reach=reach)[0]
+            else:
+                good[unsure] = self._is_simple(rows[unsure], polished[unsure])[0]
         return good
 
     # -- round the circle -----------------------------------------------------------------------------------
@@ -295,7 +313,8 @@ class _Walk:
             turns, mean, distance, order = self._loop(points[ripe], radius, rows[ripe])
             known = self.mean[rows[ripe]]
             with np.errstate(all="ignore"):
-                agree = np.abs(mean - known).max(axis=1) < AGREE
+                change = np.abs(mean - known).max(axis=1)
+                agree = change < AGREE
                 # The path must come nearer, too: the mean of a cluster may happen to be one of its roots.
                 nearer = distance < self.distance[rows[ripe]] * SHRINK ** (NEARER / np.maximum(turns, 1))
             agree &= (turns > 0) & (turns == self.turns[rows[ripe]]) & (nearer | (distance < AGREE))
@@ -308,14 +327,15 @@ class _Walk:
             if finite.any():
                 ends = mean[finite, :-1] / mean[finite, -1:]
                 where = ripe[finite]
-                singular = self._is_singular(rows[where], ends)
+                singular = self._is_singular(rows[where], ends, change[finite])
                 doubtful = np.flatnonzero(singular)
                 if doubtful.size:
                     alone = turns[finite][doubtful] == 1
-                    simple = self._is_simple(rows[where[doubtful]], ends[doubtful], alone)
+                    simple, beside = self._is_simple(rows[where[doubtful]], ends[doubtful], alone)
                     decided[where[doubtful[simple & alone]]] = True
-                    # The mean of a path that winds round it can be a simple root too: the middle one of three.
-                    singular[doubtful[simple]] = False
+                    # The mean of a path that winds round it can be a simple root too, the middle one of three, or
+                    # lie among them.
+                    singular[doubtful[beside]] = False
                 self._close(rows[where[singular]], ends[singular], turns[finite][singular], SINGULAR)
                 decided[where[singular]] = True
         if radius < EXPONENTS_DECIDE:
@@ -332,27 +352,41 @@ class _Walk:
     def _close(self, rows: np.ndarray, x: np.ndarray, turns: np.ndarray, kind: int) -> None:
         self.ends.x[rows], self.ends.winding[rows], self.ends.kind[rows] = x, turns, kind
 
-    def _is_singular(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Whether a limit really is a singular root, and not the mean of a close pair of regular ones.
+    def _is_singular(self, rows: np.ndarray, x: np.ndarray, error: np.ndarray) -> np.ndarray:
+        """Whether a limit, known to `error`, really is a singular root, and not the mean of regular ones.
 
         The mean of two roots of a quadratic has a singular Jacobian too, but it is no root. A limit known to
         1e-12 has residuals of that size; along the cokernel of J they would be of second order, so there the
-        distance of a pair shows: a pair a distance d apart leaves d²/4.
+        distance of a pair shows: a pair a distance d apart leaves d²/4. Where a third root is as near, the residual
+        is smaller still; but a Newton step from the mean would lead as far as the roots are away, while from a
+        multiple root it leads no farther than the error of the limit.
         """
+        from solvers.arithmetic.double_double import replay
+
         F, J = evaluate(self.program, x, self.target)
         size = magnitudes(self.program, x, self.target, self.typical)
-        left, values, _ = np.linalg.svd(J * relative_weights(x, self.typical)[:, None, :] / size[:, :, None])
+        left, values, right = np.linalg.svd(J * relative_weights(x, self.typical)[:, None, :] / size[:, :, None])
         with np.errstate(all="ignore"):
             self.ends.condition[rows] = condition = np.maximum(values[:, 0], 1) / values[:, -1]
         residual = F / size
         along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
-        return (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
+        exact = replay(self.equations, x, self.target)["F"].hi / size
+        with np.errstate(all="ignore"):
+            along_each = np.einsum("kji,kj->ki", left.conj(), exact) / values
+            along_each[values < VANISHED] = 0.0
+            step = np.abs(np.einsum("kij,ki->kj", right.conj(), along_each)).max(axis=1)
+        settled = (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
+        return settled & (step < STEP_OF_ERRORS * np.maximum(error, EXACT))
 
-    def _is_simple(self, rows: np.ndarray, x: np.ndarray, close: Any = True) -> np.ndarray:
+    def _is_simple(
+        self, rows: np.ndarray, x: np.ndarray, close: Any = True, reach: Any = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Whether a limit that no path winds round is a simple root after all, only an ill-conditioned one.
 
         Newton's method in double-double converges quadratically to a simple root, by halves to a multiple one.
-        Where `close` the simple ones are the ends of their paths.
+        Where `close` the simple ones are the ends of their paths. Told as well is whether there is a simple root
+        near the limit, though not the limit itself. The limit is known to `reach`, or to what double precision
+        allows.
         """
         from solvers.arithmetic.double_double import DoubleDouble
         from solvers.refine import newton_double_double
@@ -362,13 +396,15 @@ class _Walk:
         refined, errors = newton_double_double(self.equations, self.program, start, target)
         way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
         _, _, condition = newton_step(self.program, refined.hi, self.target, self.typical)
-        # A limit is known to its rounding error, which is the larger the worse the condition.
-        simple = (errors < QUADRATIC) & (way < np.maximum(AGREE, 10 * ROUNDING * condition)) & (condition < HOPELESS)
+        if reach is None:  # a limit is known to its rounding error, which is the larger the worse the condition
+            reach = np.maximum(AGREE, 10 * ROUNDING * condition)
+        quadratic = (errors < QUADRATIC) & (condition < HOPELESS)
+        simple, beside = quadratic & (way < reach), quadratic & (way < CLUSTER)
         own = simple & close
-        self.ends.condition[rows[own]] = condition[own]
+        self.ends.condition[rows[own]] = 1.0 if self.precise else condition[own]
         self.ends.x[rows[own]] = refined.hi[own]
         self.ends.kind[rows[own]] = REGULAR
-        return simple
+        return simple, simple | beside
 
     def _is_infinite(self, direction: np.ndarray) -> np.ndarray:
         """Whether a limit direction is a root at infinity: there the terms of highest degree cancel.

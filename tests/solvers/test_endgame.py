@@ -74,6 +74,11 @@ def test_multiple_roots_on_a_thousand_seeds(multiplicity):
     check_multiple([equation], [x], [((2,), multiplicity)], seeds=range(1000), tolerance=1e-4)
 
 
+def test_the_mean_of_a_cluster_that_is_one_of_its_roots():
+    equation = sympy.expand((x - 2) ** 2 * (x - 3) ** 2 * (x - 4) ** 3)
+    check_multiple([equation], [x], [((2,), 2), ((3,), 2), ((4,), 3)], seeds=range(6), tolerance=1e-3)
+
+
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.integers(-4, 4), min_size=1, max_size=3, unique=True), st.data())
 def test_multiplicities_of_products_are_read_off(places, data):
@@ -106,14 +111,29 @@ def test_close_pairs_of_two_equations_are_certified_apart():
         assert solutions.certificate.real.all()
 
 
-def test_three_roots_too_close_for_doubles_are_told():
-    # In double precision nothing tells them from a triple root; the middle one is simple in double-double.
-    equation = sympy.expand((x - 1) * (x - 1 - CLOSE) * (x - 1 + CLOSE))
-    for seed in range(5):
-        solutions = solve(System([equation], [x]), seed=seed, certificates=False)
-        assert solutions.ledger.balanced and len(solutions.singular) == 0
-        assert len(solutions) + solutions.ledger.failed == 3
-        assert solutions.complete == (len(solutions) == 3)
+CLUSTERS = [
+    ((x - 1) * (x - 1 - CLOSE) * (x - 1 - 2 * CLOSE), 3),
+    ((x - 1) * (x - 1 - CLOSE) * (x - 1 + CLOSE), 3),
+    ((x - 1) * (x - 1 - CLOSE) * (x - 1 - 3 * CLOSE) * (x + 3), 4),
+]
+
+
+def check_clusters(seeds):
+    """Double precision cannot tell three such roots from a triple one; the double-double rung can."""
+    for equation, count in CLUSTERS:
+        for seed in seeds:
+            solutions = solve(System([sympy.expand(equation)], [x]), seed=seed)
+            assert len(solutions) == count == solutions.certificate.distinct, (equation, seed)
+            assert solutions.ledger.failed == 0 == len(solutions.singular)
+
+
+def test_three_roots_a_millionth_apart_are_told_apart():
+    check_clusters(range(5))
+
+
+@pytest.mark.slow
+def test_clusters_on_a_thousand_seeds():
+    check_clusters(range(1000))
 
 
 @pytest.mark.parametrize("seed", [0, 2])
@@ -124,6 +144,14 @@ def test_ill_conditioned_simple_roots_are_not_taken_for_singular(seed):
 
 
 # -- the origin, far out, infinity ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["eco7", "eco8"])
+def test_far_out_a_loop_is_closed_when_every_unknown_is_back(name):
+    benchmark = ZOO[name]
+    for seed in range(2):
+        solutions = solve(benchmark.build(), seed=seed, start="total-degree", certificates=False)
+        assert len(solutions) == benchmark.isolated and solutions.ledger.failed == 0
 
 
 def test_a_simple_root_at_the_origin():
