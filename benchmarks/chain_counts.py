@@ -147,18 +147,20 @@ def count(exponents: tuple[int, ...]) -> dict[str, Any]:
 
 
 def rows(links: int, most: int, table: Path) -> Iterator[dict[str, Any]]:
-    """One row for each kind: kept ones from the table, others solved and kept, if their bound allows it."""
+    """One row for each kind: kept ones from the table, others solved, if their bound allows it, and kept.
+
+    The last line of a kind in the table counts: first it holds the bound alone, perhaps.
+    """
     lines = table.read_text().splitlines() if table.exists() else []
     kept = {tuple(row["exponents"]): row for row in map(json.loads, lines)}
     for exponents, ratios in kinds(links).items():
-        row = kept.get(exponents)
-        if row is None:
-            bound = paths.root_bound(exponents)
-            row = {"exponents": exponents, "ratios": ratios, "bound": bound}
-            if bound <= most:
-                row |= count(exponents)
-                with table.open("a") as file:
-                    file.write(json.dumps(row) + "\n")
+        row = kept.get(exponents) or {"exponents": exponents, "ratios": ratios, "bound": paths.root_bound(exponents)}
+        counted = "complex" not in row and row["bound"] <= most
+        if counted:
+            row |= count(exponents)
+        if counted or exponents not in kept:
+            with table.open("a") as file:
+                file.write(json.dumps(row) + "\n")
         yield row
 
 
