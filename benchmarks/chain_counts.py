@@ -118,7 +118,9 @@ def real_chains(found: Solutions, exponents: tuple[int, ...], seed: int) -> dict
     values, size = paths.path_parameters(points)
     system, mirror, roots = paths.path_system(exponents), paths.path_mirror(links), PointSet(4 * links, NEAR)
     for solves in range(1, SOLVES + 1):
-        here = solve(system, values, start=found, seed=seed + 100 * solves, certificates=False)
+        way = rng.normal(size=(len(values), 2)) @ [1, 1j]
+        start = found if solves == 1 else solve(system, way, start=found, certificates=False)
+        here = solve(system, values, start=start, seed=seed, certificates=False)
         huge = here.singular.points[here.singular.multiplicity == 1]
         refined = refine(system, huge, values, digits=DIGITS)
         simple = np.array([[complex(v) for v in x] for x in refined.points]).reshape(len(huge), 4 * links)
