@@ -50,6 +50,8 @@ HOMOTOPY = 20_000
 DIGITS = 30
 #: Mirror images are found at this distance, relative.
 NEAR = 1e-7
+#: Solves by other ways of one task while roots are missing.
+SOLVES = 4
 #: Tasks from known chains.
 TASKS = 3
 TABLE = Path(__file__).with_suffix(".jsonl")
@@ -103,7 +105,8 @@ def real_chains(found: Solutions, exponents: tuple[int, ...], seed: int) -> dict
     """Roots, real chains and roots without a mirror image for the points of one random known chain.
 
     Roots with links a hundred thousand times the size of the path, rotations next to one another, are simple but
-    singular to sixteen digits: they are computed to more, and counted.
+    singular to sixteen digits: they are computed to more, and counted. A root that failed, or went to a zero rotation,
+    is found by another solve.
     """
     links = len(exponents)
     rng = np.random.default_rng([seed, *map(abs, exponents)])
@@ -113,19 +116,24 @@ def real_chains(found: Solutions, exponents: tuple[int, ...], seed: int) -> dict
     phi = apart * (np.arange(2 * links + 1) + rng.uniform(-1 / 3, 1 / 3, 2 * links + 1))
     points = known.tip(phi - phi[0])
     values, size = paths.path_parameters(points)
-    here = solve(paths.path_system(exponents), values, start=found, seed=seed, certificates=False)
-    huge = here.singular.points[here.singular.multiplicity == 1]
-    refined = refine(paths.path_system(exponents), huge, values, digits=DIGITS)
-    simple = np.array([[complex(v) for v in x] for x in refined.points]).reshape(len(huge), 4 * links)
-    every, mirror = np.concatenate([here.points, simple]), paths.path_mirror(links)
-    real = np.flatnonzero(real_roots(every, mirror))
-    chains = [paths.chains_of(every[k], exponents, points[0], size)[0] for k in real]
+    system, mirror, roots = paths.path_system(exponents), paths.path_mirror(links), PointSet(4 * links, NEAR)
+    for solves in range(1, SOLVES + 1):
+        way = rng.normal(size=(len(values), 2)) @ [1, 1j]
+        start = found if solves == 1 else solve(system, way, start=found, certificates=False)
+        here = solve(system, values, start=start, seed=seed, certificates=False)
+        huge = here.singular.points[here.singular.multiplicity == 1]
+        refined = refine(system, huge, values, digits=DIGITS)
+        simple = np.array([[complex(v) for v in x] for x in refined.points]).reshape(len(huge), 4 * links)
+        every = np.concatenate([here.points, simple])
+        roots.add(every[paths.is_rotation(every, links)])
+        alone = int((roots.find(mirror.image(roots.points)) < 0).sum())
+        if len(roots) >= len(found) and not alone:
+            break
+    real = np.flatnonzero(real_roots(roots.points, mirror))
+    chains = [paths.chains_of(roots.points[k], exponents, points[0], size)[0] for k in real]
     if not any(np.allclose(chain.links, known.links, rtol=1e-5, atol=1e-6) for chain in chains):
         raise AssertionError(f"the known chain {known} is not among {len(chains)} real ones")
-    roots = PointSet(every.shape[1], NEAR)
-    roots.add(every)
-    alone = roots.find(mirror.image(every)) < 0
-    return {"roots": len(roots), "huge": len(simple), "real": len(real), "alone": int(alone.sum())}
+    return {"roots": len(roots), "real": len(real), "alone": alone, "huge": len(huge), "solves": solves}
 
 
 def count(exponents: tuple[int, ...]) -> dict[str, Any]:
@@ -141,18 +149,20 @@ def count(exponents: tuple[int, ...]) -> dict[str, Any]:
 
 
 def rows(links: int, most: int, table: Path) -> Iterator[dict[str, Any]]:
-    """One row for each kind: kept ones from the table, others solved and kept, if their bound allows it."""
+    """One row for each kind: kept ones from the table, others solved, if their bound allows it, and kept.
+
+    The last line of a kind in the table counts: first it holds the bound alone, perhaps.
+    """
     lines = table.read_text().splitlines() if table.exists() else []
     kept = {tuple(row["exponents"]): row for row in map(json.loads, lines)}
     for exponents, ratios in kinds(links).items():
-        row = kept.get(exponents)
-        if row is None:
-            bound = paths.root_bound(exponents)
-            row = {"exponents": exponents, "ratios": ratios, "bound": bound}
-            if bound <= most:
-                row |= count(exponents)
-                with table.open("a") as file:
-                    file.write(json.dumps(row) + "\n")
+        row = kept.get(exponents) or {"exponents": exponents, "ratios": ratios, "bound": paths.root_bound(exponents)}
+        counted = "complex" not in row and row["bound"] <= most
+        if counted:
+            row |= count(exponents)
+        if counted or exponents not in kept:
+            with table.open("a") as file:
+                file.write(json.dumps(row) + "\n")
         yield row
 
 

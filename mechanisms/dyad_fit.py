@@ -108,9 +108,14 @@ class DyadFits:
         """The local minima, the best first."""
         return [dyad for dyad in self.dyads if dyad.minimum]
 
-    def __repr__(self) -> str:
+    @property
+    def summary(self) -> str:
+        """The count and the proof in words."""
         proof = "proved" if self.complete else "not proved"
-        return f"DyadFits({self.critical} critical points, {self.real} real, {len(self.minima)} minima, best {proof})"
+        return f"{self.critical} critical points, {self.real} real, {len(self.minima)} minima, best {proof}"
+
+    def __repr__(self) -> str:
+        return f"DyadFits({self.summary})"
 
 
 def fit_dyads(places: ArrayLike, turns: ArrayLike, seed: int = 0) -> DyadFits:

@@ -112,6 +112,7 @@ def mixed_cells(
         How many cells may be looked at in bringing in one equation.
     raised : sequence of n integer arrays, each of shape (points,), optional
         What is added to the random lifting of each point, of supports that are sorted and have no repetitions.
+        Where numbers grow beyond 63 bits then, the compiled version gives up.
 
     Raises
     ------
@@ -119,6 +120,8 @@ def mixed_cells(
         The supports are not n arrays with n columns.
     TooManyCells
         The patience is exhausted.
+    OverflowError
+        With raised liftings numbers beyond 63 bits are needed.
     MixedCellError
         Twenty liftings in a row were not generic: a mistake in this program.
 
@@ -205,7 +208,11 @@ def _follow(
         moving[first[stage] + n + 1 : first[stage + 1]] = -1
         low = np.array([first[k] + (n + 1 if k < stage else 0) for k in range(n)])
         high_end = np.array([first[k + 1] if k <= stage else first[k] + n + 1 for k in range(n)])
-        outcome, cells = _stage(table, heights, moving, low, high_end, cells, stage, compiled, patience)
+        outcome, cells = _stage(
+            table, heights, moving, low, high_end, cells, stage, compiled, patience, raised is None
+        )
+        if outcome == TOO_LARGE:
+            raise OverflowError(f"the raised liftings of {n} supports need numbers of more than 63 bits")
         if outcome == TOO_LONG:
             raise TooManyCells(f"more than {patience} cells are met on the way to the mixed cells of {n} supports")
         if outcome == TIED:
@@ -224,11 +231,12 @@ def _stage(
     stage: int,
     compiled: bool,
     patience: int,
+    exactly: bool,
 ) -> Any:
     if compiled:
         bounds = float(max(1, np.abs(table).max())), float(max(1, np.abs(heights).max()))
         outcome, found = _compiled()(table, heights, moving, low, high, cells.copy(), stage, *bounds, patience)
-        if outcome != TOO_LARGE:
+        if outcome != TOO_LARGE or not exactly:
             return outcome, found
     # Python integers do not overflow, and outside compiled code they are faster than NumPy's.
     exact = [array.astype(object) for array in (table, heights, moving)]

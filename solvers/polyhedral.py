@@ -206,7 +206,7 @@ def polyhedral(
 def fewest_cells(
     supports: Sequence[np.ndarray], targets: np.ndarray, seed: int = 0, patience: int = 2**60
 ) -> MixedCells:
-    """The mixed cells; where constants were added, the stable ones, if these are fewer solutions.
+    """The mixed cells; where constants were added, the stable ones among them.
 
     Parameters
     ----------
@@ -222,14 +222,10 @@ def fewest_cells(
     >>> [fewest_cells(supports, np.array([c, 2, 3, 5, c, 7, -4, 3])).mixed_volume for c in (0, 1)]
     [6, 8]
     """
-    cells = mixed_cells(supports, seed, patience=patience)
     at = np.cumsum([0, *map(len, supports)])
-    added = [not s[:1].any() and targets[k] == 0 for s, k in zip(supports, at)]
-    if any(added):
-        stable = stable_cells(supports, added, seed, patience)
-        if stable is not None and stable.mixed_volume < cells.mixed_volume:
-            return stable
-    return cells
+    added = [bool(len(s)) and not s[0].any() and targets[k] == 0 for s, k in zip(supports, at)]
+    stable = stable_cells(supports, added, seed, patience) if any(added) else None
+    return mixed_cells(supports, seed, patience=patience) if stable is None else stable
 
 
 def scaled_terms(

@@ -32,7 +32,9 @@ LEFT = 1e-10
 def stable_cells(
     supports: Sequence[np.ndarray], added: Sequence[bool], seed: int = 0, patience: int = 2**60
 ) -> MixedCells | None:
-    """The stable mixed cells, or None if the added constants were not lifted far enough for these supports.
+    """The stable mixed cells, or None if the added constants cannot be lifted far enough for these supports.
+
+    Where all cells are stable they are ordinary mixed cells: no coefficient need stay small.
 
     Parameters
     ----------
@@ -54,13 +56,18 @@ def stable_cells(
     6
     """
     far = [(support == 0).all(axis=1) & new for support, new in zip(supports, added)]
-    cells = mixed_cells(supports, seed, patience=patience, raised=[RAISE * mask for mask in far])
+    try:
+        cells = mixed_cells(supports, seed, patience=patience, raised=[RAISE * mask for mask in far])
+    except OverflowError:
+        return None
     if not len(cells):
         return cells
     directions, sound = _directions(cells, far)
     if not sound:
         return None
     stable = (directions >= 0).all(axis=1)
+    if stable.all():
+        return cells
     return replace(cells, edges=cells.edges[stable], volumes=cells.volumes[stable], fade=-np.log(LEFT) / RAISE)
 
 

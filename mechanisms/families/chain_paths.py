@@ -57,6 +57,9 @@ ROOT_COUNTS: dict[tuple[int, ...], int] = {
     (-2, 5): 3708,
     (-1, 1, 2): 158,
     (1, 2, 3): 1314,
+    (-2, 1, 2): 1360,
+    (-1, 1, 3): 3432,
+    (-1, 2, 3): 4128,
 }
 #: Places without news that end the search for generic chains, and places that it goes to at most.
 QUIET, PLACES = 2, 20

@@ -249,6 +249,8 @@ def _degenerate(poses: Poses, crank: MotionDyad, follower: MotionDyad) -> str:
         return "both sliders move in one direction, so that the body is only translated"
     if crank.kind == follower.kind == "RP" and abs((crank.moving * follower.moving.conjugate()).imag) < COINCIDE:
         return "the body slides in both blocks in one direction, so that it only slides"
+    if (crank.kind, follower.kind) == ("RP", "PR") and abs((crank.moving * follower.fixed.conjugate()).imag) < COINCIDE:
+        return "both slides point in one direction in pose 0, so that the body slides freely"
     return ""
 
 

@@ -3,8 +3,8 @@
 Equations: Structurally parametric synthesis and position analysis of a RoboMech class parallel manipulator with
 two end-effectors, IAENG Int. J. Applied Mathematics 50(2), 2020.  A task that gives the passive chains is
 completed by every active chain that is exact at five positions and by negative chains that are proved to be the
-best (`mechanisms.families.robomech_fit`); without them, all 28 dimensions are searched
-(`mechanisms.families.robomech_joint`).
+best (`mechanisms.families.robomech_joint`); without them, all 28 dimensions are searched
+(`mechanisms.families.robomech_search`).
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ import numpy as np
 
 from mechanisms.families.base import Candidate, Family, Free, Problem
 from mechanisms.families.robomech_fit import PassiveChain, passive_chain
-from mechanisms.families.robomech_joint import ManipulatorFit, complete_manipulators, fit_manipulator
+from mechanisms.families.robomech_joint import ManipulatorFit, complete_manipulators
 from mechanisms.families.robomech_model import INPUTS
+from mechanisms.families.robomech_search import fit_manipulator
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ class RoboMechFamily(Family):
         """What was done instead of one solve."""
         if "l_AB" in task.free:
             return "passive chains given: all active chains exact at five positions, fitted to all positions"
-        return "a search over all 28 dimensions from exact chains: the best found, not proved to be the best"
+        return "all 28 dimensions searched from the minima of both halves: the best found, not proved to be the best"
 
     def candidates(
         self,
@@ -116,7 +117,7 @@ def _candidate(task: Task, fit: ManipulatorFit, phi7: list[float]) -> Candidate:
             note="the links would have to stretch too much: it does not move through all positions",
             extra={"stretch": fit.stretch},
         )
-    proof = "; ".join(f"{name}: {dyads!r}" for name, dyads in zip(("LM", "NQ"), fit.proofs))
+    proof = "; ".join(f"{name}: {dyads.summary}" for name, dyads in zip(("LM", "NQ"), fit.proofs))
     return Candidate(
         None,
         mechanism.parameters(),

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanisms.approximate import Fit, least_squares_fit, linear_minimax, minimax_fit, sobol_points
+from mechanisms.approximate import Fit, least_squares_fit, linear_minimax, minimax_fit
 from mechanisms.dyad_fit import Dyad, DyadFits, fit_dyads
 from mechanisms.families.robomech_model import Half
 from mechanisms.task import TaskError
@@ -35,15 +35,13 @@ if TYPE_CHECKING:
     from solvers import System
 
 __all__ = [
-    "ActiveChain", "PassiveChain", "active_residuals", "alternate", "best_active", "finish", "negative_chain",
+    "ActiveChain", "PassiveChain", "active_residuals", "alternate", "exact_active", "finish", "negative_chain",
     "passive_chain",
 ]  # fmt: skip
 
 Norm = Literal["least-squares", "minimax"]
 #: A negative chain whose pins are this near to the pins of link 2, relative to its length, is link 2 itself.
 TRIVIAL = 1e-4
-#: Starts of the active chain that are looked at, and how many are followed.
-STARTS, FOLLOWED = 4096, 6
 
 
 @dataclass(frozen=True)
@@ -199,33 +197,6 @@ def finish(
     return least_squares_fit(residuals, start.as_vector(), jacobian=jacobian)
 
 
-def best_active(
-    chains: Sequence[PassiveChain],
-    phi7: Sequence[float],
-    norm: Norm = "least-squares",
-    seed: int = 0,
-    samples: int = STARTS,
-    followed: int = FOLLOWED,
-) -> list[Fit]:
-    """Active chains for given passive chains, the best first: Sobol points over K and r_H, joint descent.
-
-    For given K and r_H the places of H are known, and G and I follow linearly as centres of circles.
-    """
-    crank = np.array(phi7, dtype=float)
-    spots = np.concatenate([chain.joint for chain in chains] + [np.array([c.pivot for c in chains])])
-    middle, size = spots.mean(), float(np.abs(spots - spots.mean()).max())
-    box = [(-2 * size, 2 * size)] * 2 + [(-1.5 * size, 1.5 * size)] * 2
-    scored = []
-    for row in sobol_points(box, samples, seed):
-        x = _with_points(middle + complex(row[0], row[1]), complex(row[2], row[3]), chains, crank)
-        scored.append((float(np.sum(active_residuals(x, chains, crank) ** 2)), x))
-    scored.sort(key=lambda item: item[0])
-    fits = [finish(ActiveChain.from_vector(x), chains, phi7) for _, x in scored[:followed]]
-    if norm == "minimax":
-        fits = [finish(ActiveChain.from_vector(fit.x), chains, phi7, norm) for fit in fits[:3]]
-    return sorted(fits, key=lambda fit: fit.value)
-
-
 def exact_active(
     chains: Sequence[PassiveChain], phi7: Sequence[float], chosen: Sequence[int], seed: int = 0
 ) -> list[ActiveChain]:
@@ -336,22 +307,6 @@ def negative_chain(
     best = useful[0]
     half = Half(chain.pivot, chain.crank, chain.rod, point, length, best.fixed, best.moving, best.length, side)
     return best, half, fits
-
-
-def _with_points(
-    pivot: complex, h: complex, chains: Sequence[PassiveChain], crank: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """r_G and the constant of each chain for given K and r_H: centre of a circle by linear least squares."""
-    x = np.zeros(4 + 3 * len(chains))
-    x[:4] = pivot.real, pivot.imag, h.real, h.imag
-    place = pivot + h * np.exp(1j * crank)
-    for k, chain in enumerate(chains):
-        seen = (place - chain.joint) * np.exp(-1j * chain.phi2)
-        rows = np.stack([-seen.real, -seen.imag, np.ones(len(seen))], axis=1)
-        found = np.linalg.lstsq(rows, -0.5 * np.abs(seen) ** 2, rcond=None)[0]
-        # |H − B|²/2 − (H − B)·v + c = 0, with c = p3 − (|K|² + |r_H|²)/2
-        x[4 + 3 * k : 7 + 3 * k] = found[0], found[1], found[2] + 0.5 * (abs(pivot) ** 2 + abs(h) ** 2)
-    return x
 
 
 def _affine(

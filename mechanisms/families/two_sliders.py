@@ -107,7 +107,7 @@ def slider_pairs(
             continue
         sides = [pair, pair[::-1]] if pair[0].kind == pair[1].kind == "PR" else [sorted(pair, key=_drives)]
         for driver, other in sides:
-            if _one_joint(poses, driver, other):
+            if _do_not_hold(poses, driver, other):
                 continue
             verdict = slider_verdict(poses, driver, other)
             steps = sum(verdict[key] for key in ("same_circuit", "same_branch", "in_order"))
@@ -141,10 +141,10 @@ def _near(poses: Poses, spots: Sequence[complex], known: Sequence[complex]) -> b
     return min(max(abs(a - b) for a, b in zip(order, known)) for order in orders) < SAME_CHOICE * poses.size
 
 
-def _one_joint(poses: Poses, one: MotionDyad, other: MotionDyad) -> bool:
-    """Whether the two share their pivot or their direction, so that they do not hold the body."""
-    if one.kind != other.kind:
-        return False
+def _do_not_hold(poses: Poses, one: MotionDyad, other: MotionDyad) -> bool:
+    """Whether the two share their pivot, or their direction in a pose, so that they do not hold the body."""
+    if one.kind != other.kind:  # one slides on the body, the other on the frame
+        return bool(np.abs((one.moving * np.exp(1j * poses.angles) * other.fixed.conjugate()).imag).min() < JAMMED)
     lines = (one.fixed, other.fixed) if one.kind == "PR" else (one.moving, other.moving)
     parallel = abs((lines[0] * lines[1].conjugate()).imag) < JAMMED
     return parallel or abs(pivot(one) - pivot(other)) < JAMMED * poses.size

@@ -137,7 +137,8 @@ def task(poses: Poses, count: int, **tables) -> Task:
 def test_the_sampled_four_bar_is_found_among_the_designs(count, points):
     poses, true = four_bar_poses(np.random.default_rng(20 + count), count + points)
     result = synthesize(task(poses, count))
-    assert result.roots["count"] == COUNTS[count, points]
+    # close clusters of an ill-conditioned task end as singular ones
+    assert result.roots["count"] + result.ledger["singular"] == COUNTS[count, points]
     wanted = {complex(round(d.fixed.real, 6), round(d.fixed.imag, 6)) for d in true}
     hits = [
         design

@@ -4,6 +4,8 @@ Authorities: the conic through five points (the path of a chain with R = −1 is
 and chains that are known.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -76,6 +78,17 @@ def test_exchanging_links_and_ratio_gives_the_same_curves() -> None:
 def test_monodromy_finds_what_the_homotopy_found(seed: int) -> None:
     """370 roots by the multihomogeneous homotopy; loops between two fixed places stop at 358 … 369."""
     assert len(paths.generic_chains((1, -3), seed)) == paths.ROOT_COUNTS[(-1, 3)] == 370
+
+
+def test_two_incomplete_searches_are_united() -> None:
+    """Five roots are missing here, seven others there: 48 of 60 are in both."""
+    full = paths.generic_chains((1, -2), 0, 60)
+    one = replace(full, points=full.points[5:], paths=full.paths[5:], orbit=None)
+    other = replace(full, points=full.points[:-7], paths=full.paths[:-7], orbit=None)
+    whole, both = paths.united(one, other, paths.path_system((1, -2)))
+    assert (len(whole), both) == (60, 48)
+    residual = paths.path_system((1, -2)).evaluate(whole.points, whole.parameters)[0]
+    assert np.abs(residual).max() < 1e-8 * np.abs(whole.points).max() ** 3
 
 
 def test_counts_belong_to_kinds_of_exponents_and_keep_their_bounds() -> None:

@@ -196,3 +196,13 @@ def test_bars_reach_their_blocks_in_every_pose(sample):
             b, c, o = (places[f"{letter}{number}"] for letter in "BCO")
             share = (o - b) / (c - b)
             assert 0.05 < share.real < 0.95 and abs(share.imag) < 1e-9
+
+
+def test_a_slide_and_a_block_that_are_parallel_in_a_pose_are_no_linkage():
+    """Poses without a turn between them: the slide on the frame and that of the body point along the way."""
+    poses = Poses.of([(0, 0, 0), (3, 1, 0)])
+    way = complex(*np.array([3, 1]) / np.sqrt(10))
+    pair = [MotionDyad("RP", 2j, way), MotionDyad("PR", way, 1 + 0j)]
+    assert max(dyad.errors(poses).max() for dyad in pair) < 1e-12
+    assert list(slider_pairs(poses, pair, pair, {})) == []
+    assert not any("inexact" in design.reasons for design in synthesize(task(poses)).designs)

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from mechanisms import Task, synthesize
+from mechanisms.catalogue import load
 from mechanisms.families.trammel import Trammel
 from mechanisms.families.trammel_task import TrammelTask
 from mechanisms.families.wanzer import guided_point
 from mechanisms.families.wanzer_modified import trammel_signs
 from mechanisms.task import TaskError
+from solvers import solve
 from tests.mechanisms import suarez
 
 
@@ -138,6 +140,25 @@ def test_defect_free_modified_wanzers(poses, free, table, count):
     for design in result.accepted:
         assert len(design.linkage.links) == 8
         assert design.worst_pose_error < 1e-8 and design.worst_angle_error < 1e-8
+
+
+def test_a_driven_disk_passes_dead_centres_of_the_four_bar():
+    """Only circuits tell then: the four-bars kept are those for the crank, and those that fail by branch or order."""
+    from mechanisms.families import wanzer_modified as module
+    from mechanisms.families.curve_task import Found
+
+    free = {"theta0_deg": 0.0, "x_C": 0.0, "y_M": 0.6, "y_N": -3.25, "g": 1.8, "L_AP": 2.0, "delta_deg": 240.0}
+    by_crank = task("wanzer-modified", 6, free)
+    by_disk = task("wanzer-modified", 6, free, constraints={"input": "disk"})
+    part = module._curve(by_crank, module._a_points(by_crank)[0])
+    problem = part.problem()
+    solutions = solve(problem.system, problem.parameters, load(problem.catalogue), seed=1, certificates=False)
+    found = [each for each in part.four_bars(solutions) if isinstance(each, Found)]
+    kept, failed = module._sound_four_bars(found, by_crank)
+    more, fewer = module._sound_four_bars(found, by_disk)
+    assert {each.reasons for each in fewer} == {("circuit",)} and len(more) > len(kept) > 0
+    wrong = {each.root for each in failed if each.reasons != ("circuit",)}
+    assert {each.root for each in more} == {each.root for each in kept} | wrong
 
 
 @pytest.mark.parametrize(
