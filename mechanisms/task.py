@@ -184,5 +184,7 @@ def tidy_degrees(angle: float) -> float:
     (-45.3, -45.3)
     """
     degrees = math.degrees(angle)
-    near = round(degrees, 9)
-    return near if abs(near - degrees) <= 1e-13 * max(1.0, abs(degrees)) else degrees
+    shorter = (round(degrees, 9), float(f"{degrees:.15g}"))
+    neighbours = (math.nextafter(degrees, -math.inf), math.nextafter(degrees, math.inf))
+    # What is written must be read as the same angle.
+    return next((number for number in (*shorter, degrees, *neighbours) if math.radians(number) == angle), degrees)
