@@ -19,7 +19,7 @@ G), and link 4 (Q = E, N = I).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanisms.approximate import Fit, least_squares_fit, linear_minimax, minimax_fit
-from mechanisms.dyad_fit import Dyad, DyadFits, fit_dyads
+from mechanisms.dyad_fit import Dyad, DyadFits, dyad_residuals, fit_dyads
 from mechanisms.families.robomech_model import Half
 from mechanisms.task import TaskError
 
@@ -304,9 +304,29 @@ def negative_chain(
     ]
     if not useful:
         raise TaskError("no link but the trivial one joins links 1 and 5 at these positions")
-    best = useful[0]
+    best = _sharpened(useful[0], places, assembled["phi5"] - chain.phi1)
     half = Half(chain.pivot, chain.crank, chain.rod, point, length, best.fixed, best.moving, best.length, side)
     return best, half, fits
+
+
+def _sharpened(dyad: Dyad, places: NDArray[np.complex128], turns: NDArray[np.float64]) -> Dyad:
+    """The same minimum from its residuals: sums of squares know a narrow minimum to half of the digits only."""
+
+    def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return dyad_residuals(places, turns, complex(x[0], x[1]), complex(x[2], x[3]), float(x[4]))
+
+    def jacobian(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        turned = np.exp(1j * turns)
+        gap = places + turned * complex(x[2], x[3]) - complex(x[0], x[1])
+        moving = np.conj(gap) * turned
+        return np.stack([-gap.real, -gap.imag, moving.real, -moving.imag, np.full(len(gap), -x[4])], axis=1)
+
+    start = [dyad.fixed.real, dyad.fixed.imag, dyad.moving.real, dyad.moving.imag, dyad.length]
+    fit = least_squares_fit(residuals, start, jacobian=jacobian)
+    x = fit.x
+    return replace(
+        dyad, fixed=complex(x[0], x[1]), moving=complex(x[2], x[3]), length=float(x[4]), residuals=fit.residuals
+    )
 
 
 def _affine(

@@ -160,7 +160,11 @@ def complete_manipulators(
 
 
 def proved(fit: ManipulatorFit, paths: Paths, phi7: NDArray[np.float64], seed: int = 0) -> ManipulatorFit:
-    """The same with all critical points of both negative dyads, for its own active and passive chains."""
+    """The same with all critical points of both negative dyads, for its own active and passive chains.
+
+    Where the paths are followed exactly, the dyads of the manipulator are among them; elsewhere they are near one, as
+    the manipulator has the least real error and not the least residual.
+    """
     mechanism = fit.mechanism
     halves = (mechanism.c, mechanism.f)
     active = ActiveChain(mechanism.pivot, mechanism.h, (halves[0].g, halves[1].g), (halves[0].gh, halves[1].gh))

