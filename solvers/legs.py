@@ -4,10 +4,14 @@ All roots known at A are carried to B along a fresh random arc, the ends merged 
 at B are carried back along another; and so on. Each leg tells for free how complete the sets are: of n roots
 carried, the share whose ends were known already estimates the share of all roots that is known (capture and
 recapture, Lincoln and Petersen).
+
+Loops through two places lie in one complex line of parameters, and roots may hardly ever change places there. A
+*detour* leads through a third place, the farther away the longer the legs have met nothing new.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +24,9 @@ from solvers.kernel.engine import Engine
 from solvers.points import Group, PointSet
 from solvers.system import InvalidSystem, System
 from solvers.tracking import digest, engine_of
+
+#: Each detour leads so many times farther than the one before.
+FARTHER = 10.0
 
 
 @dataclass
@@ -58,7 +65,7 @@ class Search:
     engine: Engine
     nodes: list[Node]
     group: Group | None
-    rng: np.random.Generator
+    seed: int
     jobs: int
     backend: str
     typical: float
@@ -67,14 +74,21 @@ class Search:
     tracked: int = 0
     lost: int = 0
 
-    def leg(self, source: int) -> Leg:
-        """Carry all roots of a node to the other one along a fresh arc."""
+    def leg(self, source: int, detour: int = 0) -> Leg:
+        """Carry all roots of a node to the other one along fresh arcs; detour number 1 is near, the next farther."""
         a, b = self.nodes[source], self.nodes[1 - source]
         before, points = len(b.roots), a.roots.points
-        bend = random_bend(self.rng)
-        way = (self.engine, points, a.parameters, b.parameters, bend)
-        ends = carry(*way, self.jobs, self.backend, self.typical, self.ladder)
-        self.tracked += len(points)
+        # The arcs depend on the number of the leg alone: a search that is resumed goes on as it would have.
+        rng = np.random.default_rng([self.seed, 12, len(self.history)])
+        places = [a.parameters, b.parameters]
+        if detour:
+            far = FARTHER ** (detour - 1) * sizes(a.parameters)
+            places.insert(1, far * gaussian(rng, len(far)))
+        ends = points
+        for start, end in itertools.pairwise(places):
+            way = (self.engine, ends, start, end, random_bend(rng))
+            self.tracked += len(ends)
+            ends = carry(*way, self.jobs, self.backend, self.typical, self.ladder)
         self.lost += len(points) - len(ends)
         if self.group is not None:
             ends = self.group.representatives(ends, b.parameters)
@@ -171,7 +185,6 @@ class Memory:
             self.search.history.append(Leg(carried, arrived, new, size, float(numbers[4])))
             self.search.tracked += int(numbers[0])
             self.search.lost += int(numbers[0] - numbers[1])
-            random_bend(self.search.rng)  # the one that leg has used
 
     def keep(self) -> None:
         """Append the news of the last leg."""

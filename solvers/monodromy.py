@@ -27,8 +27,9 @@ from solvers.tracking import Interrupted
 if TYPE_CHECKING:
     from solvers.trace import Trace
 
-#: Legs without news after which the trace test is asked.
+#: Legs without news after which detours are made, and detours without news after which the trace test is asked.
 QUIET_LEGS = 3
+DETOURS = 3
 #: Without a trace test so many paths must have met nothing new: three legs of a single root prove nothing.
 QUIET_PATHS = 100
 #: A failed trace test means that roots are missing, or points of the test's own; each goes along another line of
@@ -105,7 +106,7 @@ def monodromy(
         first = PointSet(columns)
         first.add(group.representatives(probe, nodes[0].parameters))
         nodes[0].roots = first
-    search = Search(engine, nodes, group, rng, jobs, backend, typical)
+    search = Search(engine, nodes, group, seed, jobs, backend, typical)
     wanted = None if count is None else -(-count // (group.order if group else 1))
     memory = Memory(checkpoint, system, seed, search)
     memory.recall()
@@ -146,7 +147,7 @@ def _loop_until_complete(
     quiet, paths, tests, test = 0, 0, 0, None
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
-        leg = search.leg(source)
+        leg = search.leg(source, (quiet - QUIET_LEGS) % DETOURS + 1 if quiet >= QUIET_LEGS else 0)
         memory.keep()
         sizes = [len(node.roots) for node in search.nodes]
         if progress is not None:
@@ -156,7 +157,7 @@ def _loop_until_complete(
             if min(sizes) >= wanted:
                 break
             continue
-        if quiet < QUIET_LEGS or (not trace and paths < QUIET_PATHS):
+        if quiet < QUIET_LEGS + DETOURS or (not trace and paths < QUIET_PATHS):
             continue
         if not trace:
             break

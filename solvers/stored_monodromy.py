@@ -18,7 +18,7 @@ from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.key_index import KeyIndex
 from solvers.legs import Leg, evidence_of, gaussian, sizes, two_nodes
-from solvers.monodromy import MOST_LEGS, QUIET_LEGS, QUIET_PATHS
+from solvers.monodromy import DETOURS, MOST_LEGS, QUIET_LEGS, QUIET_PATHS
 from solvers.points import Group, Symmetry
 from solvers.store import RunFile
 from solvers.stored_roots import BATCH, Restore, StoredRoots, columns_of
@@ -27,9 +27,6 @@ from solvers.tracking import digest
 
 #: A root that is restored from its stored unknowns must be the same to this precision, relative.
 RESTORED = 1e-6
-#: Loops through two places lie in one complex line of parameters and can miss a few roots for ever: when they have gone
-#: quiet, so many legs by way of other places must meet nothing new either.
-DETOURS = 3
 
 Progress = Callable[[str, int, int], None]
 

@@ -127,7 +127,7 @@ def trace_test(
     columns = roots.shape[1] + 1
     nodes = [Node(place, PointSet(columns)) for place in (curve.base, curve.elsewhere())]
     nodes[0].roots.add(first if group is None else group.representatives(first, curve.base))
-    search = Search(curve.engine, nodes, group, rng, jobs, "threads", curve.typical, ladder=True)
+    search = Search(curve.engine, nodes, group, int(rng.integers(2**31)), jobs, "threads", curve.typical, ladder=True)
     quiet = failures = 0
     residual = np.inf
     while len(search.history) < MOST_LEGS and failures < PATIENCE:
@@ -164,7 +164,8 @@ def _round_loops(
     given = len(known)
     engine = engine_of(parameter_homotopy(system.program, parameters, parameters, roots))
     nodes = [Node(parameters, known), Node(parameters, known)]
-    search = Search(engine, nodes, group, rng, jobs, "threads", float(np.abs(roots).max()), ladder=True)
+    typical = float(np.abs(roots).max())
+    search = Search(engine, nodes, group, int(rng.integers(2**31)), jobs, "threads", typical, ladder=True)
     loops = int(np.clip(LOOP_PATHS / (2 * given), *LOOPS))
     while len(search.history) < 2 * loops and len(known) == given:
         nodes[1] = Node(sizes(parameters) * gaussian(rng, len(parameters)), PointSet(columns))
