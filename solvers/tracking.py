@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from solvers import ledger, parallel
-from solvers.endgame import FAILED, Ends, finish
+from solvers.endgame import FAILED, FIRST_LOOP, Ends, finish
 from solvers.homotopy import Homotopy, Listed
 from solvers.kernel.engine import Engine, make_engine
 from solvers.kernel.reference import Settings
@@ -24,8 +24,9 @@ Progress = Callable[[str, int, int], None]
 #: Paths that the last rung of the ladder takes on. It costs some thousand times as much as double precision, a second
 #: for a path; and when more paths than this are too ill-conditioned for 32 digits it is the equations that need help.
 FEW_PATHS = 32
-#: Largest radii of the endgame's loops on the rungs: roots nearer to each other are told apart the later one loops.
-SMALLER_LOOPS = (2e-6, 2e-8, 2e-10)
+#: Largest radii of the endgame's loops on the rungs. Roots near to each other are told apart the later one loops, but
+#: paths to ill-conditioned roots at infinity are lost sooner than that: each has a rung in double-double.
+LOOPS = (2e-6, FIRST_LOOP, 2e-10)
 #: The smallest radius of the endgame in double-double arithmetic.
 DEEPEST = 1e-26
 #: Its name in the ledger.
@@ -188,9 +189,9 @@ def _rungs(
         largest_step=min(settings.largest_step, usual.largest_step),
         ticks=max(settings.ticks, usual.ticks),
     ).tighter()
-    yield "with tighter steps", rung(tight, SMALLER_LOOPS[0], pivoted=True)
-    yield "in double-double", rung(tight, SMALLER_LOOPS[1], arithmetic="double-double")
-    yield "in double-double with tighter steps", rung(tight.tighter(), SMALLER_LOOPS[2], arithmetic="double-double")
+    yield "with tighter steps", rung(tight, LOOPS[0], pivoted=True)
+    yield "in double-double", rung(tight, LOOPS[1], arithmetic="double-double")
+    yield "in double-double with tighter steps", rung(tight.tighter(), LOOPS[2], arithmetic="double-double")
     # The precision of Arb numbers is one setting for all threads: nobody else may be at work.
     if 0 < precise.wanted().size <= FEW_PATHS and threading.current_thread() is threading.main_thread():
         yield LAST_RUNG, precise
