@@ -14,19 +14,16 @@ Nothing is decided on one radius: two in a row must agree on m and on the limit.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends, fingerprints
 from solvers.kernel.reference import DIVERGED, PAUSED, REACHED, STATUS, Settings
-from solvers.local import CONFIRMED, ORIGIN, magnitudes, newton, newton_step, relative_weights
-from solvers.system import evaluate
+from solvers.limits import AGREE, EXACT, ROUNDING, Refined, Target
+from solvers.local import CONFIRMED, ORIGIN, newton, newton_step, relative_weights
 from solvers.tape import Program
-
-# Classes of a finished path.
-REGULAR, SINGULAR, INFINITE, FAILED = range(4)
-NAMES = ("finite", "singular", "at infinity", "failed")
 
 #: The first radius: beyond it, a path that has not arrived is looked at.
 FIRST_RADIUS = 0.01
@@ -41,14 +38,10 @@ CORNERS = 8
 LARGEST_WINDING = 24
 #: A loop is closed when the path is back at its start to this precision, relative.
 CLOSED = 1e-6
-#: Two radii agree on a limit to this precision, relative.
-AGREE = 1e-7
 #: With winding number m the distance from the limit falls like r^(k/m), k ≥ 1; at least like r^(NEARER/m) it must.
 NEARER = 0.8
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
 POLE = 1e-10
-#: How far out a direction is tried, and how well the highest terms must cancel there, relative.
-FAR, HIGHEST_TERMS = 1e13, 1e-6
 #: Below this radius exponents that have settled decide alone, for paths that wind more often than is looked for.
 EXPONENTS_DECIDE = 1e-9
 #: … and those that do close must show exponents k/m to this precision, times m.
@@ -60,29 +53,10 @@ STILL = 0.002
 #: A root whose scaled condition number is below this is regular. Above, a path on its way to a multiple root may
 #: be taken for one that has arrived: double-double decides.
 TRUSTED = 1e6
-#: A root whose Jacobian has a scaled condition number above this is no regular root.
-SUSPECT = 1e9
-#: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
-COKERNEL = 2e-14
-#: From a multiple root Newton's method goes no farther than so many times the error of the limit …
-STEP_OF_ERRORS = 10.0
-#: … in the directions whose singular values are above this; below, they are rounding errors.
-VANISHED = 1e-15
 #: A path may go straight to r = 0 when its tangent moves it by less than this, relative …
 SHORT_WAY = 0.1
 #: … and the first Newton steps there shrink by this factor each.
 STRONG = 0.2
-#: A Newton step cannot be smaller than about this times the condition number.
-ROUNDING = 1e-15
-#: At a singular root that has been refined in double-double the condition number is 1e15 or more; at the simple
-#: roots of a cluster of three, a millionth apart, it is 1e13.
-HOPELESS = 2e14
-#: Simple roots this near to a limit, relative, make it doubtful that it is a multiple root.
-CLUSTER = 1e-4
-#: Points tracked in double-double are known this well, relative.
-EXACT = 1e-13
-#: Last step in double-double of a Newton iteration that converges quadratically.
-QUADRATIC = 1e-18
 #: The local exponents d log x / d log r must have settled this well before a loop is worth its cost.
 SETTLED = 0.15
 #: The way left to a regular end shrinks with the radius itself, that to a root with winding number m like r^(1/m):
@@ -92,54 +66,6 @@ REGULAR_COURSE = 0.75
 REFUSALS = 4
 #: The way left is measured beside this part of the largest coordinate: one that goes to zero must not hide it.
 BESIDE = 1e-2
-
-
-@dataclass
-class Ends:
-    """Endpoints of paths, one row each.
-
-    Attributes
-    ----------
-    x : ndarray, shape (paths, unknowns)
-        The endpoint; for an infinite one the direction, scaled to its largest coordinate.
-    kind : ndarray of int8
-        REGULAR, SINGULAR, INFINITE or FAILED.
-    winding : ndarray of int
-        0 where no loop was needed.
-    condition : ndarray
-        Scaled condition number of the Jacobian at a finite end, as far as it makes it uncertain which root that
-        is: one for paths that were led there in more than double precision.
-    ticks : ndarray of int
-    why : dict of int to str
-        Row to what happened, for the failed.
-    mark : ndarray, complex
-        A fingerprint of where a path was at the first radius; not a number for one that has gone straight to its
-        end, or was lost before. Two paths with one mark are one path.
-    typical : float
-        Typical size of the unknowns, which tells what is near the origin.
-    """
-
-    x: np.ndarray
-    kind: np.ndarray
-    winding: np.ndarray
-    condition: np.ndarray
-    ticks: np.ndarray
-    why: dict[int, str] = field(default_factory=dict)
-    mark: np.ndarray = None  # type: ignore[assignment]
-    typical: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.mark is None:
-            self.mark = np.full(len(self.x), np.nan, np.complex128)
-
-    def replace(self, rows: np.ndarray, other: Ends) -> None:
-        """Put the results of tracking `rows` again in place of the old ones."""
-        for name in ("x", "kind", "winding", "condition", "mark"):
-            getattr(self, name)[rows] = getattr(other, name)
-        self.ticks[rows] += other.ticks
-        for row in rows.tolist():
-            self.why.pop(row, None)
-        self.why.update({int(rows[k]): text for k, text in other.why.items()})
 
 
 def finish(
@@ -207,11 +133,12 @@ class _Walk:
     precise = False  # whether points are known to more than double precision
 
     def __init__(self, engine, equations, target, direction, settings, ends: Ends) -> None:
-        self.engine, self.equations, self.settings, self.ends = engine, equations, settings, ends
+        self.engine, self.settings, self.ends = engine, settings, ends
         # A corner of a loop is short: most are turned in one step.
         self.round = replace(settings, first_step=1.0, largest_step=1.0)
         self.program, self.typical = engine.program, engine.size
         self.target, self.direction = target, direction
+        self.limits = Target(equations, self.program, target, self.typical)
         count, size = ends.x.shape
         self.exponents = np.full((count, size), np.nan)
         self.mean = np.full((count, size + 1), np.nan + 0j)
@@ -297,9 +224,11 @@ class _Walk:
         if unsure.size:
             if self.precise:  # in double precision Newton's method has lost what the path knew
                 reach = np.broadcast_to(reach, len(rows))[unsure] + EXACT
-                good[unsure] = self._is_simple(rows[unsure], first[unsure], reach=reach)[0]
+                limits = self.limits.refine(first[unsure], reach)
             else:
-                good[unsure] = self._is_simple(rows[unsure], polished[unsure])[0]
+                limits = self.limits.refine(polished[unsure])
+            self._close_simple(rows[unsure], limits, limits.simple)
+            good[unsure] = limits.simple
         return good
 
     # -- round the circle -----------------------------------------------------------------------------------
@@ -320,22 +249,23 @@ class _Walk:
             agree &= (turns > 0) & (turns == self.turns[rows[ripe]]) & (nearer | (distance < AGREE))
             self.mean[rows[ripe]], self.turns[rows[ripe]], self.distance[rows[ripe]] = mean, turns, distance
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
-            at_infinity[at_infinity] = self._is_infinite(mean[at_infinity, :-1])
+            at_infinity[at_infinity] = self.limits.is_infinite(mean[at_infinity, :-1])
             finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE)
             self._close(rows[ripe[at_infinity]], mean[at_infinity, :-1], turns[at_infinity], INFINITE)
             decided[ripe[at_infinity]] = True
             if finite.any():
                 ends = mean[finite, :-1] / mean[finite, -1:]
                 where = ripe[finite]
-                singular = self._is_singular(rows[where], ends, change[finite])
+                singular, self.ends.condition[rows[where]] = self.limits.is_singular(ends, change[finite])
                 doubtful = np.flatnonzero(singular)
                 if doubtful.size:
                     alone = turns[finite][doubtful] == 1
-                    simple, beside = self._is_simple(rows[where[doubtful]], ends[doubtful], alone)
-                    decided[where[doubtful[simple & alone]]] = True
+                    refined = self.limits.refine(ends[doubtful])
+                    self._close_simple(rows[where[doubtful]], refined, refined.simple & alone)
+                    decided[where[doubtful[refined.simple & alone]]] = True
                     # The mean of a path that winds round it can be a simple root too, the middle one of three, or
                     # lie among them.
-                    singular[doubtful[beside]] = False
+                    singular[doubtful[refined.beside]] = False
                 self._close(rows[where[singular]], ends[singular], turns[finite][singular], SINGULAR)
                 decided[where[singular]] = True
         if radius < EXPONENTS_DECIDE:
@@ -352,70 +282,10 @@ class _Walk:
     def _close(self, rows: np.ndarray, x: np.ndarray, turns: np.ndarray, kind: int) -> None:
         self.ends.x[rows], self.ends.winding[rows], self.ends.kind[rows] = x, turns, kind
 
-    def _is_singular(self, rows: np.ndarray, x: np.ndarray, error: np.ndarray) -> np.ndarray:
-        """Whether a limit, known to `error`, really is a singular root, and not the mean of regular ones.
-
-        The mean of two roots of a quadratic has a singular Jacobian too, but it is no root. A limit known to
-        1e-12 has residuals of that size; along the cokernel of J they would be of second order, so there the
-        distance of a pair shows: a pair a distance d apart leaves d²/4. Where a third root is as near, the residual
-        is smaller still; but a Newton step from the mean would lead as far as the roots are away, while from a
-        multiple root it leads no farther than the error of the limit.
-        """
-        from solvers.arithmetic.double_double import replay
-
-        F, J = evaluate(self.program, x, self.target)
-        size = magnitudes(self.program, x, self.target, self.typical)
-        left, values, right = np.linalg.svd(J * relative_weights(x, self.typical)[:, None, :] / size[:, :, None])
-        with np.errstate(all="ignore"):
-            self.ends.condition[rows] = condition = np.maximum(values[:, 0], 1) / values[:, -1]
-        residual = F / size
-        along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
-        exact = replay(self.equations, x, self.target)["F"].hi / size
-        with np.errstate(all="ignore"):
-            along_each = np.einsum("kji,kj->ki", left.conj(), exact) / values
-            along_each[values < VANISHED] = 0.0
-            step = np.abs(np.einsum("kij,ki->kj", right.conj(), along_each)).max(axis=1)
-        settled = (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
-        return settled & (step < STEP_OF_ERRORS * np.maximum(error, EXACT))
-
-    def _is_simple(
-        self, rows: np.ndarray, x: np.ndarray, close: Any = True, reach: Any = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Whether a limit that no path winds round is a simple root after all, only an ill-conditioned one.
-
-        Newton's method in double-double converges quadratically to a simple root, by halves to a multiple one.
-        Where `close` the simple ones are the ends of their paths. Told as well is whether there is a simple root
-        near the limit, though not the limit itself. The limit is known to `reach`, or to what double precision
-        allows.
-        """
-        from solvers.arithmetic.double_double import DoubleDouble
-        from solvers.refine import newton_double_double
-
-        target = DoubleDouble(self.target, np.zeros_like(self.target))
-        start = DoubleDouble(x, np.zeros_like(x))
-        refined, errors = newton_double_double(self.equations, self.program, start, target)
-        way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
-        _, _, condition = newton_step(self.program, refined.hi, self.target, self.typical)
-        if reach is None:  # a limit is known to its rounding error, which is the larger the worse the condition
-            reach = np.maximum(AGREE, 10 * ROUNDING * condition)
-        quadratic = (errors < QUADRATIC) & (condition < HOPELESS)
-        simple, beside = quadratic & (way < reach), quadratic & (way < CLUSTER)
-        own = simple & close
-        self.ends.condition[rows[own]] = 1.0 if self.precise else condition[own]
-        self.ends.x[rows[own]] = refined.hi[own]
+    def _close_simple(self, rows: np.ndarray, limits: Refined, own: np.ndarray) -> None:
+        self.ends.condition[rows[own]] = 1.0 if self.precise else limits.condition[own]
+        self.ends.x[rows[own]] = limits.points[own]
         self.ends.kind[rows[own]] = REGULAR
-        return simple, simple | beside
-
-    def _is_infinite(self, direction: np.ndarray) -> np.ndarray:
-        """Whether a limit direction is a root at infinity: there the terms of highest degree cancel.
-
-        Roots that lie along one ray, x = λv with λ^m = c, have a mean of 1/λ that is zero by symmetry as long as
-        the loop surrounds the place where λ would be infinite; but then the highest terms do not vanish at v.
-        """
-        far = FAR * direction / np.abs(direction).max(axis=1, keepdims=True)
-        F, _ = evaluate(self.program, far, self.target)
-        residual = np.abs(F) / magnitudes(self.program, far, self.target)
-        return residual.max(axis=1, initial=0.0) < HIGHEST_TERMS
 
     def _loop(
         self, points: np.ndarray, radius: float, rows: np.ndarray
@@ -469,15 +339,3 @@ class _Walk:
 def _homogeneous(x: np.ndarray) -> np.ndarray:
     """(x, 1): a point of projective space."""
     return np.concatenate([x, np.ones((len(x), 1))], axis=1)
-
-
-def fingerprints(x: np.ndarray, floor: float) -> np.ndarray:
-    """One complex number for each point, made of the logarithms and the directions of its coordinates.
-
-    Each coordinate counts with its own relative error, so that on the way to infinity a large one does not hide
-    the small ones in which two paths differ. Coordinates below `floor` count as zero.
-    """
-    rng = np.random.default_rng(1991)
-    first, second = rng.normal(size=(2, x.shape[1])) + 1j * rng.normal(size=(2, x.shape[1]))
-    size = np.abs(x) + max(floor, 1e-300)
-    return np.asarray(np.log(size) @ first + (x / size) @ second)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.endgame import FAILED, REGULAR, SINGULAR, Ends
+from solvers.ends import FAILED, REGULAR, SINGULAR, Ends
 from solvers.local import ORIGIN
 from solvers.points import pairs_of_equals
 

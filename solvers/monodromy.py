@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solvers.endgame import REGULAR, Ends
+from solvers.ends import REGULAR, Ends
 from solvers.legs import Memory, Search, evidence_of, two_nodes
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends
+from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, Listed
 from solvers.points import PointSet
 from solvers.simple_ends import simple_ends

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from solvers.choose_start import choose_start
-from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends
+from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import groups_of_singular
 from solvers.local import magnitudes, relative_weights

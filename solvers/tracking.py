@@ -13,7 +13,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from solvers import ledger, parallel
-from solvers.endgame import FAILED, FIRST_LOOP, Ends, finish
+from solvers.endgame import FIRST_LOOP, finish
+from solvers.ends import FAILED, Ends
 from solvers.homotopy import Homotopy, Listed
 from solvers.kernel.engine import Engine, make_engine
 from solvers.kernel.reference import Settings

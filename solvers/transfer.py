@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from solvers.carry import carry, random_bend
-from solvers.endgame import FAILED, INFINITE, REGULAR, Ends
+from solvers.ends import FAILED, INFINITE, REGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import SAME_ROOT, UNCERTAINTY, clashing, settle
 from solvers.local import ORIGIN

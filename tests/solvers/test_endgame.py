@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from benchmarks.zoo import ZOO
 from solvers import System, solve
-from solvers.endgame import FAILED, REGULAR, Ends
+from solvers.ends import FAILED, REGULAR, Ends
 
 x, y, z = sympy.symbols("x y z")
 CLOSE = sympy.Rational(1, 10**6)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.zoo import ZOO
-from solvers.endgame import FAILED, INFINITE, REGULAR, SINGULAR, Ends, fingerprints
+from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends, fingerprints
 from solvers.kernel.reference import Settings
 from solvers.ledger import clashing, climb, doubtful, settle
 from solvers.points import pairs_of_equals

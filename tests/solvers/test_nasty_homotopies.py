@@ -8,7 +8,7 @@ import pytest
 from nasty_files import FOLDER, read
 
 from solvers.carry import carry
-from solvers.endgame import NAMES, REGULAR
+from solvers.ends import NAMES, REGULAR
 from solvers.tracking import Run, engine_of, track_all
 
 PATHS = sorted(FOLDER.glob("*.json"))

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from nasty_files import FOLDER, read
 
-from solvers.endgame import REGULAR
+from solvers.ends import REGULAR
 from solvers.kernel.reference import REACHED
 from solvers.system import evaluate
 from solvers.tracking import Run, track_all

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from benchmarks.zoo import ZOO
 from solvers import InvalidSystem, System, monodromy, solve
-from solvers.endgame import FAILED
+from solvers.ends import FAILED
 from solvers.points import pairs_of_equals
 from solvers.polyhedral import PolyhedralError
 from solvers.store import RunFile

@@ -9,7 +9,7 @@ from nasty_files import FOLDER, read
 
 from benchmarks.zoo import ZOO
 from solvers import System, tracking
-from solvers.endgame import FAILED, REGULAR
+from solvers.ends import FAILED, REGULAR
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.reference import Settings
 from solvers.solve import homotopy_for

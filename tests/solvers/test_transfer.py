@@ -8,7 +8,7 @@ import sympy
 
 from benchmarks.systems import trammel_seed, trammel_system
 from solvers import InvalidSystem, Solutions, System, monodromy, solve
-from solvers.endgame import FAILED, REGULAR, SINGULAR, Ends
+from solvers.ends import FAILED, REGULAR, SINGULAR, Ends
 from solvers.kernel.reference import Settings
 from solvers.points import pairs_of_equals
 from solvers.solutions import Ledger, Singular

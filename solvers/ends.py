@@ -1,0 +1,71 @@
+"""The ends of paths: where each has gone, and what is known of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+# Classes of a finished path.
+REGULAR, SINGULAR, INFINITE, FAILED = range(4)
+NAMES = ("finite", "singular", "at infinity", "failed")
+
+
+@dataclass
+class Ends:
+    """Endpoints of paths, one row each.
+
+    Attributes
+    ----------
+    x : ndarray, shape (paths, unknowns)
+        The endpoint; for an infinite one the direction, scaled to its largest coordinate.
+    kind : ndarray of int8
+        REGULAR, SINGULAR, INFINITE or FAILED.
+    winding : ndarray of int
+        0 where no loop was needed.
+    condition : ndarray
+        Scaled condition number of the Jacobian at a finite end, as far as it makes it uncertain which root that
+        is: one for paths that were led there in more than double precision.
+    ticks : ndarray of int
+    why : dict of int to str
+        Row to what happened, for the failed.
+    mark : ndarray, complex
+        A fingerprint of where a path was at the first radius; not a number for one that has gone straight to its
+        end, or was lost before. Two paths with one mark are one path.
+    typical : float
+        Typical size of the unknowns, which tells what is near the origin.
+    """
+
+    x: np.ndarray
+    kind: np.ndarray
+    winding: np.ndarray
+    condition: np.ndarray
+    ticks: np.ndarray
+    why: dict[int, str] = field(default_factory=dict)
+    mark: np.ndarray = None  # type: ignore[assignment]
+    typical: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.mark is None:
+            self.mark = np.full(len(self.x), np.nan, np.complex128)
+
+    def replace(self, rows: np.ndarray, other: Ends) -> None:
+        """Put the results of tracking `rows` again in place of the old ones."""
+        for name in ("x", "kind", "winding", "condition", "mark"):
+            getattr(self, name)[rows] = getattr(other, name)
+        self.ticks[rows] += other.ticks
+        for row in rows.tolist():
+            self.why.pop(row, None)
+        self.why.update({int(rows[k]): text for k, text in other.why.items()})
+
+
+def fingerprints(x: np.ndarray, floor: float) -> np.ndarray:
+    """One complex number for each point, made of the logarithms and the directions of its coordinates.
+
+    Each coordinate counts with its own relative error, so that on the way to infinity a large one does not hide
+    the small ones in which two paths differ. Coordinates below `floor` count as zero.
+    """
+    rng = np.random.default_rng(1991)
+    first, second = rng.normal(size=(2, x.shape[1])) + 1j * rng.normal(size=(2, x.shape[1]))
+    size = np.abs(x) + max(floor, 1e-300)
+    return np.asarray(np.log(size) @ first + (x / size) @ second)

@@ -1,0 +1,137 @@
+"""What a limit is: a simple root, a multiple one, the mean of several, or a root at infinity.
+
+The endgame finds limits of paths, known to some digits only. Here is decided, at the target system itself, what
+they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.arithmetic import double_double
+from solvers.arithmetic.double_double import DoubleDouble
+from solvers.local import magnitudes, newton_step, relative_weights
+from solvers.refine import newton_double_double
+from solvers.system import evaluate
+from solvers.tape import Program
+
+#: Two radii agree on a limit to this precision, relative.
+AGREE = 1e-7
+#: How far out a direction is tried, and how well the highest terms must cancel there, relative.
+FAR, HIGHEST_TERMS = 1e13, 1e-6
+#: A root whose Jacobian has a scaled condition number above this is no regular root.
+SUSPECT = 1e9
+#: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
+COKERNEL = 2e-14
+#: From a multiple root Newton's method goes no farther than so many times the error of the limit …
+STEP_OF_ERRORS = 10.0
+#: … in the directions whose singular values are above this; below, they are rounding errors.
+VANISHED = 1e-15
+#: A Newton step cannot be smaller than about this times the condition number.
+ROUNDING = 1e-15
+#: At a singular root that has been refined in double-double the condition number is 1e15 or more; at the simple
+#: roots of a cluster of three, a millionth apart, it is 1e13.
+HOPELESS = 2e14
+#: Simple roots this near to a limit, relative, make it doubtful that it is a multiple root.
+CLUSTER = 1e-4
+#: Points tracked in double-double are known this well, relative.
+EXACT = 1e-13
+#: Last step in double-double of a Newton iteration that converges quadratically.
+QUADRATIC = 1e-18
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """Limits as Newton's method in double-double sees them.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, unknowns)
+    condition : ndarray, shape (n,)
+        Scaled condition numbers there.
+    simple : ndarray of bool
+        The limit is a simple root, only an ill-conditioned one.
+    beside : ndarray of bool
+        It is one, or one is near.
+    """
+
+    points: np.ndarray
+    condition: np.ndarray
+    simple: np.ndarray
+    beside: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """The system at the end of a homotopy.
+
+    Attributes
+    ----------
+    equations : Program
+        Output F.
+    program : Program
+        Outputs F and J.
+    parameters : ndarray, shape (parameters,)
+    typical : float
+        Typical size of the unknowns.
+    """
+
+    equations: Program
+    program: Program
+    parameters: np.ndarray
+    typical: float
+
+    def is_singular(self, x: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Whether limits, known to `error`, really are singular roots, and not means of regular ones.
+
+        The mean of two roots of a quadratic has a singular Jacobian too, but it is no root. A limit known to
+        1e-12 has residuals of that size; along the cokernel of J they would be of second order, so there the
+        distance of a pair shows: a pair a distance d apart leaves d²/4. Where a third root is as near, the residual
+        is smaller still; but a Newton step from the mean would lead as far as the roots are away, while from a
+        multiple root it leads no farther than the error of the limit.
+
+        Returns the answers and the scaled condition numbers, shape (n,).
+        """
+        F, J = evaluate(self.program, x, self.parameters)
+        size = magnitudes(self.program, x, self.parameters, self.typical)
+        left, values, right = np.linalg.svd(J * relative_weights(x, self.typical)[:, None, :] / size[:, :, None])
+        residual = F / size
+        along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
+        exact = double_double.replay(self.equations, x, self.parameters)["F"].hi / size
+        with np.errstate(all="ignore"):
+            condition = np.maximum(values[:, 0], 1) / values[:, -1]
+            along_each = np.einsum("kji,kj->ki", left.conj(), exact) / values
+            along_each[values < VANISHED] = 0.0
+            step = np.abs(np.einsum("kij,ki->kj", right.conj(), along_each)).max(axis=1)
+        settled = (condition > SUSPECT) & (np.abs(residual).max(axis=1) < AGREE) & (along < COKERNEL)
+        return settled & (step < STEP_OF_ERRORS * np.maximum(error, EXACT)), condition
+
+    def refine(self, x: np.ndarray, reach: np.ndarray | None = None) -> Refined:
+        """Whether limits that no path winds round are simple roots after all, only ill-conditioned ones.
+
+        Newton's method in double-double converges quadratically to a simple root, by halves to a multiple one.
+        The limits are known to `reach`, or to what double precision allows.
+        """
+        parameters = DoubleDouble(self.parameters, np.zeros_like(self.parameters))
+        start = DoubleDouble(x, np.zeros_like(x))
+        refined, errors = newton_double_double(self.equations, self.program, start, parameters)
+        way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
+        _, _, condition = newton_step(self.program, refined.hi, self.parameters, self.typical)
+        if reach is None:  # a limit is known to its rounding error, which is the larger the worse the condition
+            reach = np.maximum(AGREE, 10 * ROUNDING * condition)
+        quadratic = (errors < QUADRATIC) & (condition < HOPELESS)
+        simple = quadratic & (way < reach)
+        return Refined(refined.hi, condition, simple, simple | (quadratic & (way < CLUSTER)))
+
+    def is_infinite(self, direction: np.ndarray) -> np.ndarray:
+        """Whether limit directions are roots at infinity: there the terms of highest degree cancel.
+
+        Roots that lie along one ray, x = λv with λ^m = c, have a mean of 1/λ that is zero by symmetry as long as
+        the loop surrounds the place where λ would be infinite; but then the highest terms do not vanish at v.
+        """
+        far = FAR * direction / np.abs(direction).max(axis=1, keepdims=True)
+        F, _ = evaluate(self.program, far, self.parameters)
+        residual = np.abs(F) / magnitudes(self.program, far, self.parameters)
+        return np.asarray(residual.max(axis=1, initial=0.0) < HIGHEST_TERMS)
