@@ -246,11 +246,11 @@ class _Walk:
                 agree = change < AGREE
                 # The path must come nearer, too: the mean of a cluster may happen to be one of its roots.
                 nearer = distance < self.distance[rows[ripe]] * SHRINK ** (NEARER / np.maximum(turns, 1))
-            agree &= (turns > 0) & (turns == self.turns[rows[ripe]]) & (nearer | (distance < AGREE))
+            agree &= (turns > 0) & (turns == self.turns[rows[ripe]])
             self.mean[rows[ripe]], self.turns[rows[ripe]], self.distance[rows[ripe]] = mean, turns, distance
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
             at_infinity[at_infinity] = self.limits.is_infinite(mean[at_infinity, :-1])
-            finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE)
+            finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE) & (nearer | (distance < AGREE))
             self._close(rows[ripe[at_infinity]], mean[at_infinity, :-1], turns[at_infinity], INFINITE)
             decided[ripe[at_infinity]] = True
             if finite.any():

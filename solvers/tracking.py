@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from solvers import ledger, parallel
-from solvers.endgame import FIRST_LOOP, finish
+from solvers.endgame import finish
 from solvers.ends import FAILED, Ends
 from solvers.homotopy import Homotopy, Listed
 from solvers.kernel.engine import Engine, make_engine
@@ -27,7 +27,7 @@ Progress = Callable[[str, int, int], None]
 FEW_PATHS = 32
 #: Largest radii of the endgame's loops on the rungs. Roots near to each other are told apart the later one loops, but
 #: paths to ill-conditioned roots at infinity are lost sooner than that: each has a rung in double-double.
-LOOPS = (2e-6, FIRST_LOOP, 2e-10)
+LOOPS = (2e-6, 1.0, 2e-10)
 #: The smallest radius of the endgame in double-double arithmetic.
 DEEPEST = 1e-26
 #: Its name in the ledger.
