@@ -26,7 +26,7 @@ SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
 COKERNEL = 2e-14
 #: From a multiple root Newton's method goes no farther than so many times the error of the limit …
-STEP_OF_ERRORS = 10.0
+STEP_OF_ERRORS = 3.0
 #: … in the directions whose singular values are above this; below, they are rounding errors.
 VANISHED = 1e-15
 #: A Newton step cannot be smaller than about this times the condition number.
