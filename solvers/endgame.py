@@ -91,11 +91,11 @@ def finish(
     target, direction : ndarray, shape (parameters,)
     smallest : float
         The smallest radius at which the parameters can be told from the target's.
+    first_loop : float
+        The largest radius at which a loop is tried.
     deepest : float
         Where the arithmetic of the tracker is more precise than doubles: the smallest radius that it sees. Below
         `smallest` there are no loops, and exponents decide alone.
-    first_loop : float
-        The largest radius at which a loop is tried.
     """
     count = len(x)
     ends = Ends(
@@ -107,8 +107,7 @@ def finish(
     )
     if not count:
         return ends
-    walk = _Walk(engine, equations, target, direction, settings, ends)
-    walk.precise = deepest < smallest
+    walk = _Walk(engine, equations, target, direction, settings, ends, precise=deepest < smallest)
     radius = FIRST_RADIUS
     rows, points = walk.advance(np.arange(count), ends.x, 1.0, radius)
     if rows.size:
@@ -130,10 +129,9 @@ def finish(
 class _Walk:
     """Paths on their last stretch, with what earlier radii have told about each."""
 
-    precise = False  # whether points are known to more than double precision
-
-    def __init__(self, engine, equations, target, direction, settings, ends: Ends) -> None:
+    def __init__(self, engine, equations, target, direction, settings, ends: Ends, precise: bool) -> None:
         self.engine, self.settings, self.ends = engine, settings, ends
+        self.precise = precise  # whether points are known to more than double precision
         # A corner of a loop is short: most are turned in one step.
         self.round = replace(settings, first_step=1.0, largest_step=1.0)
         self.program, self.typical = engine.program, engine.size

@@ -25,6 +25,9 @@ from solvers.points import Group, PointSet
 from solvers.system import InvalidSystem, System
 from solvers.tracking import digest, engine_of
 
+#: Legs without news after which detours are made, and detours without news after which a search has gone quiet.
+QUIET_LEGS = 3
+DETOURS = 3
 #: Each detour leads so many times farther than the one before.
 FARTHER = 10.0
 
@@ -78,17 +81,10 @@ class Search:
         """Carry all roots of a node to the other one along fresh arcs; detour number 1 is near, the next farther."""
         a, b = self.nodes[source], self.nodes[1 - source]
         before, points = len(b.roots), a.roots.points
-        # The arcs depend on the number of the leg alone: a search that is resumed goes on as it would have.
-        rng = np.random.default_rng([self.seed, 12, len(self.history)])
-        places = [a.parameters, b.parameters]
-        if detour:
-            far = FARTHER ** (detour - 1) * sizes(a.parameters)
-            places.insert(1, far * gaussian(rng, len(far)))
         ends = points
-        for start, end in itertools.pairwise(places):
-            way = (self.engine, ends, start, end, random_bend(rng))
+        for start, end, bend in arcs(self.seed, len(self.history), a.parameters, b.parameters, detour):
             self.tracked += len(ends)
-            ends = carry(*way, self.jobs, self.backend, self.typical, self.ladder)
+            ends = carry(self.engine, ends, start, end, bend, self.jobs, self.backend, self.typical, self.ladder)
         self.lost += len(points) - len(ends)
         if self.group is not None:
             ends = self.group.representatives(ends, b.parameters)
@@ -100,6 +96,25 @@ class Search:
         estimate = before * seen / recaptured if recaptured else np.inf
         self.history.append(Leg(len(points), len(ends), new, len(b.roots), float(max(estimate, len(b.roots)))))
         return self.history[-1]
+
+
+def arcs(
+    seed: int, number: int, start: np.ndarray, end: np.ndarray, detour: int = 0
+) -> list[tuple[np.ndarray, np.ndarray, complex]]:
+    """The way of a leg, as (from, to, bend): one arc, or two by way of a third place.
+
+    It depends on the number of the leg alone: a search that is resumed goes on as it would have.
+    """
+    rng = np.random.default_rng([seed, 12, number])
+    places = [start, end]
+    if detour:
+        places.insert(1, FARTHER ** (detour - 1) * sizes(start) * gaussian(rng, len(start)))
+    return [(a, b, random_bend(rng)) for a, b in itertools.pairwise(places)]
+
+
+def detour_of(quiet: int) -> int:
+    """Which detour a leg makes after so many without news: none at first, then the first, second, third in turn."""
+    return (quiet - QUIET_LEGS) % DETOURS + 1 if quiet >= QUIET_LEGS else 0
 
 
 def two_nodes(

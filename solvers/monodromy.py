@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from solvers.ends import REGULAR, Ends
-from solvers.legs import Memory, Search, evidence_of, two_nodes
+from solvers.legs import DETOURS, QUIET_LEGS, Memory, Search, detour_of, evidence_of, two_nodes
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
@@ -27,9 +27,6 @@ from solvers.tracking import Interrupted
 if TYPE_CHECKING:
     from solvers.trace import Trace
 
-#: Legs without news after which detours are made, and detours without news after which the trace test is asked.
-QUIET_LEGS = 3
-DETOURS = 3
 #: Without a trace test so many paths must have met nothing new: three legs of a single root prove nothing.
 QUIET_PATHS = 100
 #: A failed trace test means that roots are missing, or points of the test's own; each goes along another line of
@@ -147,7 +144,7 @@ def _loop_until_complete(
     quiet, paths, tests, test = 0, 0, 0, None
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
-        leg = search.leg(source, (quiet - QUIET_LEGS) % DETOURS + 1 if quiet >= QUIET_LEGS else 0)
+        leg = search.leg(source, detour_of(quiet))
         memory.keep()
         sizes = [len(node.roots) for node in search.nodes]
         if progress is not None:

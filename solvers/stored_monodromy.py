@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from solvers.carry import carry, random_bend
+from solvers.carry import carry
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.key_index import KeyIndex
-from solvers.legs import Leg, evidence_of, gaussian, sizes, two_nodes
-from solvers.monodromy import DETOURS, MOST_LEGS, QUIET_LEGS, QUIET_PATHS
+from solvers.legs import DETOURS, QUIET_LEGS, Leg, arcs, detour_of, evidence_of, two_nodes
+from solvers.monodromy import MOST_LEGS, QUIET_PATHS
 from solvers.points import Group, Symmetry
 from solvers.store import RunFile
 from solvers.stored_roots import BATCH, Restore, StoredRoots, columns_of
@@ -162,19 +162,14 @@ class _Loops:
         source = len(self.history) % 2
         a, b = self.places[source], self.places[1 - source]
         legs, total = len(self.history), len(a)
-        rng = np.random.default_rng([self.seed, 13, legs])
-        bends = random_bend(rng), random_bend(rng)
-        over = [b.parameters]
-        if self._quiet_legs()[0] >= QUIET_LEGS:
-            over = [sizes(a.parameters) * gaussian(rng, len(a.parameters)), b.parameters]
+        way = arcs(self.seed, legs, a.parameters, b.parameters, detour_of(self._quiet_legs()[0]))
         while len(self.history) == legs:
             at = len(self.done) * self.batch
             points = a.points(at, at + self.batch)
-            ends, here, tracked = points, a.parameters, 0
-            for there, bend in zip(over, bends):
+            ends, tracked = points, 0
+            for start, end, bend in way:
                 tracked += len(ends)
-                ends = carry(self.engine, ends, here, there, bend, self.jobs, self.backend, self.typical, ladder=True)
-                here = there
+                ends = carry(self.engine, ends, start, end, bend, self.jobs, self.backend, self.typical, ladder=True)
             if self.group is not None:
                 ends = self.group.representatives(ends, b.parameters)
             kept = ends[:, b.keep]

@@ -88,16 +88,17 @@ def terms(system: System, parameters: Any = None, limit: int = TERM_LIMIT) -> Te
     >>> expanded.supports[0].tolist(), expanded.coefficients[0].tolist()
     ([[1, 1], [0, 2]], [(2+0j), (1+0j)])
     """
-    import flint
-
     values = system.values_of(parameters)
     # A solve asks for the same terms three times: for its start, for its scales and for its target.
-    kept = system.__dict__.get("_last_terms")
-    if kept is not None and kept[0] == values.tobytes():
-        expanded: Terms = kept[1]
-        if max(map(len, expanded.supports), default=0) > limit:
-            raise TooManyTerms(_too_many(limit))
-        return expanded
+    expanded = system.once(("terms", values.tobytes()), lambda: _terms(system, values, limit))
+    if max(map(len, expanded.supports), default=0) > limit:
+        raise TooManyTerms(_too_many(limit))
+    return expanded
+
+
+def _terms(system: System, values: np.ndarray, limit: int) -> Terms:
+    import flint
+
     numbers = [(Fraction(v.real), Fraction(v.imag)) for v in values.tolist()]
     count = len(system.unknowns)
     ring = flint.fmpq_mpoly_ctx.get(_names(count), flint.Ordering.lex)
@@ -120,9 +121,7 @@ def terms(system: System, parameters: Any = None, limit: int = TERM_LIMIT) -> Te
         keys = sorted(table, reverse=True)
         supports.append(np.array(keys, dtype=np.int64).reshape(-1, count))
         coefficients.append(tuple((table[k][0], table[k][1]) for k in keys))
-    result = Terms(tuple(supports), tuple(coefficients))
-    system.__dict__["_last_terms"] = (values.tobytes(), result)
-    return result
+    return Terms(tuple(supports), tuple(coefficients))
 
 
 def generic_supports(system: System, limit: int = TERM_LIMIT) -> tuple[np.ndarray, ...]:

@@ -20,7 +20,7 @@ from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Builder, 
 
 #: The prime of the field in which degrees are measured; a product of two residues fits into an int64.
 PRIME = 2_147_483_629
-#: Things that a system remembers having been worked out from it; the oldest are forgotten first.
+#: Things that a system remembers having been worked out from it; those not asked for longest are forgotten first.
 REMEMBERED = 16
 
 T = TypeVar("T")
@@ -87,14 +87,12 @@ class System:
 
         The key must tell everything that the result depends on beside the system: parameter values, options.
         """
-        memory: dict[Hashable, Any] = self.__dict__.setdefault("_memory", {})
-        if key not in memory:
-            made = make()
-            while len(memory) >= REMEMBERED:
-                memory.pop(next(iter(memory)), None)
-            memory[key] = made
-        found: T = memory[key]
-        return found
+        memory: dict[Hashable, list[T]] = self.__dict__.setdefault("_memory", {})
+        kept = memory.pop(key, None) or [make()]
+        while len(memory) >= REMEMBERED:
+            memory.pop(next(iter(memory)), None)
+        memory[key] = kept  # at the end again: what many targets share outlives what belongs to each
+        return kept[0]
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_memory"}

@@ -30,7 +30,7 @@ FEW_PATHS = 32
 LOOPS = (2e-6, 1.0, 2e-10)
 #: The smallest radius of the endgame in double-double arithmetic.
 DEEPEST = 1e-26
-#: Its name in the ledger.
+#: The name of the last rung in the ledger.
 LAST_RUNG = "in multiprecision"
 
 

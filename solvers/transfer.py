@@ -18,6 +18,7 @@ from solvers.carry import carry, random_bend
 from solvers.ends import FAILED, INFINITE, REGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import SAME_ROOT, UNCERTAINTY, clashing, settle
+from solvers.legs import gaussian, sizes
 from solvers.local import ORIGIN
 from solvers.points import Group, PointSet, pairs_of_equals
 from solvers.solutions import Solutions
@@ -162,12 +163,11 @@ def fill_gaps(ends: Ends, others: Ends) -> None:
 def waypoint(system: System, known: Solutions, rng: np.random.Generator, run: Run) -> tuple[np.ndarray, np.ndarray]:
     """All known roots at other generic complex parameters: (parameters, points)."""
     values = known.parameters
-    size = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1e-300))
     engine = engine_of(parameter_homotopy(system.program, values, values, known.points))
     typical = float(np.median(np.abs(known.points).max(axis=1))) or 1.0
     best: tuple[np.ndarray, np.ndarray] | None = None
     for _ in range(WAYPOINTS):
-        place = size * (rng.normal(size=len(size)) + 1j * rng.normal(size=len(size))) / np.sqrt(2)
+        place = sizes(values) * gaussian(rng, len(values))
         bend = random_bend(rng)
         points = carry(engine, known.points, values, place, bend, run.jobs, run.backend, typical)
         distinct = PointSet(points.shape[1])
