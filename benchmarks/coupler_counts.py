@@ -24,7 +24,6 @@ from mechanisms.families.four_bar_sparse import as_curve_roots, nine_point_block
 from solvers import solve
 from solvers.points import PointSet
 from solvers.regeneration import regenerate
-from solvers.simple_ends import with_simple_ends
 from solvers.solutions import Ledger
 from solvers.tracking import Run
 
@@ -57,7 +56,6 @@ def from_nothing(points: int, seed: int, jobs: int = 1, route: str = "") -> tupl
     else:
         system = nine_point_system() if points == 9 else sparse_system(points, chosen)
         found = solve(system, values, start="polyhedral", seed=seed, jobs=jobs, certificates=False)
-        found = with_simple_ends(system, found)
         roots, account = found.points, found.ledger
     return (roots if points == 9 else as_curve_roots(roots, chosen, values)), account
 
@@ -67,8 +65,7 @@ def by_monodromy(points: int, seed: int, jobs: int = 1) -> np.ndarray:
     chosen = CHOSEN[points]
     system = curve_system(points, chosen) if chosen else nine_point_system()
     known = load(curve_name(points, chosen))
-    found = solve(system, parameters(points, seed), start=known, seed=seed, jobs=jobs, certificates=False)
-    return with_simple_ends(system, found).points
+    return solve(system, parameters(points, seed), start=known, seed=seed, jobs=jobs, certificates=False).points
 
 
 def in_common(one: np.ndarray, other: np.ndarray) -> int:

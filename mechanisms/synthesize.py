@@ -188,7 +188,6 @@ class _Solver:
 
     def __call__(self, problem: Problem) -> Solutions:
         from solvers import solve
-        from solvers.simple_ends import with_simple_ends
         from solvers.tracking import Interrupted
 
         start = self._start(problem)
@@ -197,7 +196,6 @@ class _Solver:
         except Interrupted as interruption:
             self.done.append(Solved(problem, interruption.solutions))
             raise _Stopped from None
-        solutions = with_simple_ends(problem.system, solutions)
         self.done.append(Solved(problem, solutions))
         return solutions
 

@@ -4,11 +4,12 @@ Two paths that end on one regular root cannot both be right: in a homotopy with 
 distinct regular ends. Nor can two paths be at one point half way: the endgame notes where each path that goes to a
 singular end or to infinity has been at its first radius, since these may rightly end together. Such a clash betrays
 a jump from one path to another, the only way in which a root can go missing without a failure being seen. Clashing
-and failed paths climb a ladder: tighter steps, tighter still, double-double arithmetic. What fails on the last rung
-is reported, path by path, never dropped.
+and failed paths climb a ladder: tighter steps, double-double arithmetic, tighter steps in it, 64 digits for a few.
+What fails on the last rung is reported, path by path, never dropped.
 
 Where every path of a complete start is tracked, those that wind m times round a singular end come m at a time: a
 number that is no multiple of m betrays a loop that was taken round too many roots, and its paths climb too.
+What no rung mends is no failure, but is said beside the result.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def doubtful(ends: Ends, complete: bool = False) -> np.ndarray:
     """
     failed = np.flatnonzero(ends.kind == FAILED)
     rows = np.union1d(failed, clashing(ends))
-    return np.union1d(rows, _broken_cycles(ends)) if complete else rows
+    return np.union1d(rows, broken_cycles(ends)) if complete else rows
 
 
 def groups_of_singular(x: np.ndarray, typical: float) -> list[np.ndarray]:
@@ -54,7 +55,7 @@ def groups_of_singular(x: np.ndarray, typical: float) -> list[np.ndarray]:
     return [np.flatnonzero(label == name) for name in dict.fromkeys(label.tolist())]
 
 
-def _broken_cycles(ends: Ends) -> np.ndarray:
+def broken_cycles(ends: Ends) -> np.ndarray:
     """Rows of singular ends with winding number m whose number is no multiple of m."""
     rows = np.flatnonzero(ends.kind == SINGULAR)
     broken = [np.zeros(0, np.int64)]

@@ -9,18 +9,21 @@ import numpy as np
 
 from solvers.choose_start import choose_start
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
-from solvers.homotopy import Homotopy, parameter_homotopy
-from solvers.ledger import groups_of_singular
+from solvers.homotopy import Homotopy, Listed, parameter_homotopy
+from solvers.ledger import broken_cycles, groups_of_singular
 from solvers.local import magnitudes, relative_weights
 from solvers.polyhedral import PolyhedralError
 from solvers.scaling import scales_of
 from solvers.shapes import check_shape, genuine, square_up
+from solvers.simple_ends import with_simple_ends
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import System, evaluate
 from solvers.tracking import Interrupted, Progress, Run, track_all
 from solvers.transfer import transfer
 
 STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
+#: What is said of singular ends whose number does not fit their windings.
+DOUBT = "; {} paths wind round singular ends in numbers that do not fit: multiplicities there are uncertain"
 #: Singular values of the scaled Jacobian below this count towards its kernel at a singular end.
 KERNEL = 1e-6
 #: Whole solves with a fresh random γ, when paths still fail after the ladder.
@@ -134,12 +137,13 @@ class _Attempt:
 def _finished(system: System, values: np.ndarray, found: _Attempt, seed: int, certificates: bool) -> Solutions:
     solutions = _collect(system, values, found.homotopy, found.ends, found.rungs)
     solutions.seed = seed
-    if certificates:
-        try:
+    try:
+        solutions = with_simple_ends(system, solutions)
+        if certificates:
             _certify(system, solutions)
-        except KeyboardInterrupt:
-            solutions.evidence += "; stopped by the user before the roots were certified"
-            raise Interrupted(found.ends, solutions) from None
+    except KeyboardInterrupt:
+        solutions.evidence += "; stopped by the user before the roots were certified"
+        raise Interrupted(found.ends, solutions) from None
     return solutions
 
 
@@ -213,6 +217,8 @@ def _collect(system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends,
         rungs=rungs,
         failures=[(k, ends.why.get(k, "not tracked")) for k in np.flatnonzero(ends.kind == FAILED).tolist()],
     )
+    # A number of paths that does not fit their windings: a multiplicity, or a root beside it, is in doubt.
+    doubt = 0 if isinstance(homotopy.starts, Listed) else len(broken_cycles(ends))
     return Solutions(
         points=points[regular],
         singular=_singular(system, values, points[singular], ends.x[singular], ends.winding[singular], ends.typical),
@@ -221,8 +227,8 @@ def _collect(system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends,
         unknowns=system.unknowns,
         paths=regular,
         start=homotopy.name,
-        complete=account.failed == 0,
-        evidence=_evidence(homotopy, account),
+        complete=None if doubt and not account.failed else account.failed == 0,
+        evidence=_evidence(homotopy, account) + (DOUBT.format(doubt) if doubt else ""),
     )
 
 

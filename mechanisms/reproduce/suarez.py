@@ -172,11 +172,9 @@ def _four_bars(poses: int) -> tuple[list[Any], int]:
 def _solve(problem: Any, certificates: bool = False) -> Any:
     from mechanisms.catalogue import generic
     from solvers import solve
-    from solvers.simple_ends import with_simple_ends
 
     start = generic(problem.catalogue)
-    found = solve(problem.system, problem.parameters, start, seed=1, certificates=certificates)
-    return with_simple_ends(problem.system, found)
+    return solve(problem.system, problem.parameters, start, seed=1, certificates=certificates)
 
 
 def _nearest(
