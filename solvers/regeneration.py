@@ -110,6 +110,11 @@ def regenerate(blocks: Blocks, values: Any, seed: int = 0, run: Run | None = Non
     Cell
         Every cell, as it is found; the last one holds all regular roots of the system.
 
+    Raises
+    ------
+    ArithmeticError
+        A path to the first points failed.
+
     Examples
     --------
     Two blocks of two bilinear equations; c is a local unknown of the first, d of the second.
@@ -162,14 +167,11 @@ class _Work:
     # -- where it begins ------------------------------------------------------------------------------------
     def first(self) -> np.ndarray:
         """The points on all slices: of each group alone, then put together."""
-        from solvers.solve import solve
-
         parts = []
         names = self.blocks.system.unknowns
         for members, functions, rows in zip(self.blocks.unknowns, self.blocks.groups, self.slices):
             equations = [sum(complex(c) * f for c, f in zip(row, functions)) for row in rows]
-            found = solve(System(equations, [names[k] for k in members]), seed=self.seed, certificates=False)
-            parts.append(found.points)
+            parts.append(self._all_roots(System(equations, [names[k] for k in members])))
         points = np.zeros((int(np.prod([len(part) for part in parts])), self.blocks.design), np.complex128)
         for row, chosen in zip(points, product(*parts)):
             for members, part in zip(self.blocks.unknowns, chosen):
@@ -178,8 +180,6 @@ class _Work:
 
     def local_starts(self, equation: int) -> np.ndarray:
         """Local unknowns where the local forms of the other equations vanish, and the equations without a group."""
-        from solvers.solve import solve
-
         size, program = self.blocks.locals, self.blocks.system.program
         builder = Builder(size, 0)
         y = [builder.unknown(k) for k in range(size)]
@@ -192,7 +192,16 @@ class _Work:
                 nodes.append(whole[k])
             elif k != equation:
                 nodes.append(_form(builder, [builder.constant(complex(c)) for c in self.local[k]], y))
-        return solve(System.from_program(builder.finish({"F": nodes})), seed=self.seed, certificates=False).points
+        return self._all_roots(System.from_program(builder.finish({"F": nodes})))
+
+    def _all_roots(self, system: System) -> np.ndarray:
+        """All of them, or none: with one missing here every cell would be short without a sign."""
+        from solvers.solve import solve
+
+        found = solve(system, seed=self.seed, certificates=False)
+        if found.ledger.failed:
+            raise ArithmeticError(f"a start of regeneration is not complete ({found.evidence}); use another seed")
+        return found.points
 
     # -- from cell to cell ----------------------------------------------------------------------------------
     def next_cell(self, done: int, slices: tuple[int, ...], cells: dict[tuple[int, ...], Cell]) -> Cell:

@@ -40,8 +40,8 @@ STRAIGHT = 1e-6
 
 
 @njit(cache=True, error_model="numpy")
-def bars(own, shared, turn, first, second, r, w):
-    """r: |HG| − l_HG and |LM| − l_LM for angles of links 1 and 2; w: their derivatives by both angles."""
+def _chain(own, shared, turn, first, second):
+    """Directions of links 1, 2, 5 and 8, the vectors of G (both), M and L, and the lengths |HG| and |LM|."""
     u1, u2 = complex(np.cos(first), np.sin(first)), complex(np.cos(second), np.sin(second))
     g1, g2 = own[2] * u1, complex(own[4], own[5]) * u2
     hg = complex(shared[0], shared[1]) + complex(shared[2], shared[3]) * turn - complex(own[0], own[1]) - g1 - g2
@@ -50,7 +50,13 @@ def bars(own, shared, turn, first, second, r, w):
     gm, al = complex(own[9], own[10]) * u5, complex(own[7], own[8]) * u1
     lm = g1 + g2 + gm - al
     span = np.sqrt(lm.real**2 + lm.imag**2)
-    u8 = lm * (1 / span)
+    return u1, u2, u5, lm * (1 / span), g1, g2, gm, al, reach, span
+
+
+@njit(cache=True, error_model="numpy")
+def bars(own, shared, turn, first, second, r, w):
+    """r: |HG| − l_HG and |LM| − l_LM for angles of links 1 and 2; w: their derivatives by both angles."""
+    _, _, u5, u8, g1, g2, gm, al, reach, span = _chain(own, shared, turn, first, second)
     r[0], r[1] = reach - own[6], span - own[11]
     z1, z2 = np.conj(u5) * 1j * g1, np.conj(u5) * 1j * g2
     w[0, 0], w[0, 1] = -z1.real, -z2.real
@@ -62,14 +68,7 @@ def bars(own, shared, turn, first, second, r, w):
 @njit(cache=True, error_model="numpy")
 def slopes(own, shared, turn, first, second, rp, cp):
     """rp (2, 16), cp (16,): partial derivatives of both bars and of C by the dimensions, angles kept."""
-    u1, u2 = complex(np.cos(first), np.sin(first)), complex(np.cos(second), np.sin(second))
-    g1, g2 = own[2] * u1, complex(own[4], own[5]) * u2
-    hg = complex(shared[0], shared[1]) + complex(shared[2], shared[3]) * turn - complex(own[0], own[1]) - g1 - g2
-    reach = np.sqrt(hg.real**2 + hg.imag**2)
-    u5 = hg * (1 / reach)
-    gm, al = complex(own[9], own[10]) * u5, complex(own[7], own[8]) * u1
-    lm = g1 + g2 + gm - al
-    u8 = lm * (1 / np.sqrt(lm.real**2 + lm.imag**2))
+    u1, u2, u5, u8, _, _, gm, _, reach, _ = _chain(own, shared, turn, first, second)
     rp[:, :] = 0.0
     cp[:] = 0.0
     cp[0], cp[1], cp[2], cp[3] = 1.0, 1j, u1, u2
