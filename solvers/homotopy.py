@@ -16,6 +16,9 @@ import numpy as np
 
 from solvers.tape import Builder, Program
 
+#: Start points at which the order of elimination must be safe.
+STARTS_SAMPLED = 4
+
 
 class StartPoints(Protocol):
     """Start solutions by number: none is stored, so ten million cost nothing until they are tracked."""
@@ -96,7 +99,8 @@ class Homotopy:
     def samples(self, count: int = 3) -> tuple[np.ndarray, np.ndarray]:
         """Typical points and parameters, where pivots are tried: start points and random points on the way."""
         rng = np.random.default_rng(self.seed + 77)
-        known = self.starts.points(np.arange(min(2, self.starts.count)))
+        total = self.starts.count  # from first to last: lists are often put together of unlike parts
+        known = self.starts.points(np.unique(np.linspace(0, total - 1, min(STARTS_SAMPLED, total)).astype(np.int64)))
         size = np.abs(known).max() if known.size else 1.0
         shape = (count, self.program.unknowns)
         random = size * (rng.normal(size=shape) + 1j * rng.normal(size=shape))

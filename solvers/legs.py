@@ -28,6 +28,9 @@ from solvers.tracking import digest, engine_of
 #: Legs without news after which detours are made, and detours without news after which a search has gone quiet.
 QUIET_LEGS = 3
 DETOURS = 3
+#: So many times more of either while one place has a root that the other lacks: the paths to it are lost, although
+#: they climb the ladder then. It may be too large there, or too near another, for good.
+UNEVEN = 2
 #: Each detour leads so many times farther than the one before.
 FARTHER = 10.0
 
@@ -76,6 +79,10 @@ class Search:
     history: list[Leg] = field(default_factory=list)
     tracked: int = 0
     lost: int = 0
+
+    def fuller(self) -> Node:
+        """The node with more roots."""
+        return max(self.nodes, key=lambda node: len(node.roots))
 
     def leg(self, source: int, detour: int = 0) -> Leg:
         """Carry all roots of a node to the other one along fresh arcs; detour number 1 is near, the next farther."""

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from solvers.ends import REGULAR, Ends
-from solvers.legs import DETOURS, QUIET_LEGS, Memory, Search, detour_of, evidence_of, two_nodes
+from solvers.legs import DETOURS, QUIET_LEGS, UNEVEN, Memory, Search, detour_of, evidence_of, two_nodes
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
@@ -149,16 +149,18 @@ def _loop_until_complete(
         sizes = [len(node.roots) for node in search.nodes]
         if progress is not None:
             progress("monodromy", max(sizes), max(sizes) if not np.isfinite(leg.estimate) else round(leg.estimate))
-        quiet, paths = (0, 0) if leg.new or sizes[0] != sizes[1] else (quiet + 1, paths + leg.carried)
+        quiet, paths = (0, 0) if leg.new else (quiet + 1, paths + leg.carried)
+        uneven = sizes[0] != sizes[1]
+        search.ladder |= uneven and quiet > 1
         if wanted is not None:
-            if min(sizes) >= wanted:
+            if max(sizes) >= wanted:
                 break
             continue
-        if quiet < QUIET_LEGS + DETOURS or (not trace and paths < QUIET_PATHS):
+        if quiet < (UNEVEN if uneven else 1) * (QUIET_LEGS + DETOURS) or (not trace and paths < QUIET_PATHS):
             continue
         if not trace:
             break
-        node = search.nodes[0]
+        node = search.fuller()
         test = trace_test(
             system,
             node.parameters,
@@ -189,7 +191,7 @@ def _result(
     seed: int,
     certificates: bool,
 ) -> Solutions:
-    node = max(search.nodes, key=lambda node: len(node.roots))
+    node = search.fuller()
     representatives = node.roots.points
     points, orbit = representatives, np.arange(len(representatives))
     order = 1

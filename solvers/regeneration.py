@@ -252,10 +252,11 @@ class _Work:
         mixed = np.linalg.qr(rng.normal(size=(left, left)) + 1j * rng.normal(size=(left, left)))[0] @ held
         still = np.concatenate([mixed.ravel(), going.ravel(), np.concatenate(self.local), self.values])
         size = len(blocks.belongs)
-        if done not in self.programs:
-            self.programs[done] = self._program(done, left)
+        key = (done, *slices)
+        if key not in self.programs:
+            self.programs[key] = self._program(done, left)
         return Homotopy(
-            program=self.programs[done],
+            program=self.programs[key],
             start=np.concatenate([self.gammas, np.zeros(size), still]),
             target=np.concatenate([np.zeros(size), np.ones(size), still]),
             starts=Listed(points),

@@ -17,7 +17,7 @@ from solvers.carry import carry
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.key_index import KeyIndex
-from solvers.legs import DETOURS, QUIET_LEGS, Leg, arcs, detour_of, evidence_of, two_nodes
+from solvers.legs import DETOURS, QUIET_LEGS, UNEVEN, Leg, arcs, detour_of, evidence_of, two_nodes
 from solvers.monodromy import MOST_LEGS, QUIET_PATHS
 from solvers.points import Group, Symmetry
 from solvers.store import RunFile
@@ -189,12 +189,11 @@ class _Loops:
     def quiet(self) -> bool:
         """Whether the last legs have met nothing new, on detours either."""
         legs, paths = self._quiet_legs()
-        return legs >= QUIET_LEGS + DETOURS and paths >= QUIET_PATHS
+        uneven = len(self.places[0]) != len(self.places[1])
+        return legs >= (UNEVEN if uneven else 1) * (QUIET_LEGS + DETOURS) and paths >= QUIET_PATHS
 
     def _quiet_legs(self) -> tuple[int, int]:
         """How many of the last legs have met nothing new, and how many paths they had."""
-        if len(self.places[0]) != len(self.places[1]):
-            return 0, 0
         news = [k for k, leg in enumerate(self.history) if leg.new]
         last = self.history[news[-1] + 1 if news else 0 :]
         return len(last), sum(leg.carried for leg in last)
