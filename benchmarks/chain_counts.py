@@ -1,6 +1,6 @@
 """How many coupled serial chains pass 2N + 1 points, by gear ratios −3 … 3 in halves: complex and real, with evidence.
 
-    python -m benchmarks.chain_counts [--links 2|3] [--most BOUND] [--table FILE] [--json]
+    python -m benchmarks.chain_counts [--links 2|3] [--most BOUND] [--jobs N] [--table FILE] [--json]
 
 Neither the order of the links nor a common factor of the exponents changes a count, so that 11 ratios of two links
 make 9 kinds, and 55 pairs of ratios of three links 44.  Those whose proved bound, the mixed volume of
@@ -8,12 +8,15 @@ make 9 kinds, and 55 pairs of ratios of three links 44.  Those whose proved boun
 once, and what the table holds is printed and not solved again (a table of the version that is released lies beside
 this file; give another FILE to count anew).
 
-The complex count is the size of the union of two monodromy runs (more, if need be), each from its own random chain:
-from how many roots both have found, capture and recapture must estimate just as many (Lincoln and Petersen; a root
-missed by a run of n roots that misses m is missed by both with a chance of m/n).  The trace test is made where it is
-quick.  Two links are solved by the multihomogeneous homotopy too, every path accounted for.  The real counts are those
-of tasks made of random known chains, reached by a parameter homotopy: the known chain must be among the real ones, and
-the mirror image of every root among the roots (else a root is missing, and the parity of the real count wrong).
+The complex count is the size of the union of what two monodromy runs (more, if need be) and the tasks below have
+found.  Each run begins with its own random chain: from how many roots both have found, capture and recapture must
+estimate just as many (Lincoln and Petersen; a root missed by a run of n roots that misses m is missed by both with a
+chance of m/n).  The trace test is made where it is quick, and from some size on there is one run only.  Two links are
+solved by the multihomogeneous homotopy too, every path accounted for.
+
+The real counts are those of tasks made of random known chains, reached by a parameter homotopy: the known chain must
+be among the real ones, and the mirror image of every root among the roots. This is capture and recapture once more: a
+root that is missing shows itself by its image, unless that is missing as well, and is added to the count.
 """
 
 from __future__ import annotations
@@ -27,6 +30,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechanisms.families import chain_paths as paths
 from mechanisms.families.chain import SerialChain
@@ -51,7 +55,11 @@ DIGITS = 30
 #: Mirror images are found at this distance, relative.
 NEAR = 1e-7
 #: Solves by other ways of one task while roots are missing.
-SOLVES = 4
+SOLVES = 3
+#: Roots up to which there is more than one run.
+TWICE = 60_000
+#: The known chain is found when its links are, to this, in units of their size.
+KNOWN = 1e-5
 #: Tasks from known chains.
 TASKS = 3
 TABLE = Path(__file__).with_suffix(".jsonl")
@@ -69,19 +77,19 @@ def kinds(links: int) -> dict[tuple[int, ...], list[list[float]]]:
     return {kind: found[kind] for kind in sorted(found, key=lambda kind: (paths.paths_to_track(kind), kind))}
 
 
-def complex_chains(exponents: tuple[int, ...]) -> tuple[Solutions, dict[str, Any]]:
+def complex_chains(exponents: tuple[int, ...], jobs: int = 1) -> tuple[Solutions, dict[str, Any]]:
     """All chains at random complex displacements: the union of independent runs, the overlap of which is its proof."""
-    found, runs = paths.generic_chains(exponents, 1), []
-    runs.append(len(found))
-    for seed in range(2, RUNS + 1):
-        other = paths.generic_chains(exponents, seed)
-        runs.append(len(other))
+    found = paths.generic_chains(exponents, 1, jobs=jobs)
+    row: dict[str, Any] = {"runs": [len(found)]}
+    for seed in range(2, RUNS + 1 if len(found) <= TWICE else 0):
+        other = paths.generic_chains(exponents, seed, jobs=jobs)
+        row["runs"].append(len(other))
         before = len(found)
         found, both = paths.united(found, other, paths.path_system(exponents))
-        estimate = before * len(other) / max(both, 1)
-        if round(estimate) == len(found):
+        row["estimate"] = round(before * len(other) / max(both, 1), 2)
+        if round(row["estimate"]) == len(found):
             break
-    return found, {"complex": len(found), "runs": runs, "estimate": round(estimate, 2)}
+    return found, row
 
 
 def traced(exponents: tuple[int, ...], found: Solutions) -> dict[str, Any]:
@@ -101,8 +109,10 @@ def by_homotopy(exponents: tuple[int, ...], seed: int = 0) -> dict[str, int]:
     return {"chains": int(paths.is_rotation(found.points, len(exponents)).sum()), **found.ledger.as_dict()}
 
 
-def real_chains(found: Solutions, exponents: tuple[int, ...], seed: int) -> dict[str, int]:
-    """Roots, real chains and roots without a mirror image for the points of one random known chain.
+def real_chains(
+    found: Solutions, exponents: tuple[int, ...], seed: int, jobs: int = 1
+) -> tuple[dict[str, int], tuple[NDArray[Any], NDArray[Any]]]:
+    """Roots and real chains for the points of one random known chain, and what the mirror has added to the roots.
 
     Roots with links a hundred thousand times the size of the path, rotations next to one another, are simple but
     singular to sixteen digits: they are computed to more, and counted. A root that failed, or went to a zero rotation,
@@ -114,41 +124,49 @@ def real_chains(found: Solutions, exponents: tuple[int, ...], seed: int) -> dict
     known = SerialChain(z[0], tuple(z[1:]), tuple(p / exponents[0] for p in exponents))
     apart = 2.4 / (2 * links)  # radians between neighbours, up to a third
     phi = apart * (np.arange(2 * links + 1) + rng.uniform(-1 / 3, 1 / 3, 2 * links + 1))
-    points = known.tip(phi - phi[0])
-    values, size = paths.path_parameters(points)
+    values, size = paths.path_parameters(known.tip(phi - phi[0]))
     system, mirror, roots = paths.path_system(exponents), paths.path_mirror(links), PointSet(4 * links, NEAR)
     for solves in range(1, SOLVES + 1):
         way = rng.normal(size=(len(values), 2)) @ [1, 1j]
-        start = found if solves == 1 else solve(system, way, start=found, certificates=False)
-        here = solve(system, values, start=start, seed=seed, certificates=False)
+        start = found if solves == 1 else solve(system, way, start=found, certificates=False, jobs=jobs)
+        here = solve(system, values, start=start, seed=seed, certificates=False, jobs=jobs)
         huge = here.singular.points[here.singular.multiplicity == 1]
         refined = refine(system, huge, values, digits=DIGITS)
         simple = np.array([[complex(v) for v in x] for x in refined.points]).reshape(len(huge), 4 * links)
         every = np.concatenate([here.points, simple])
         roots.add(every[paths.is_rotation(every, links)])
-        alone = int((roots.find(mirror.image(roots.points)) < 0).sum())
-        if len(roots) >= len(found) and not alone:
+        alone = mirror.image(roots.points[roots.find(mirror.image(roots.points)) < 0])
+        if len(roots) >= len(found) and not len(alone):
             break
-    real = np.flatnonzero(real_roots(roots.points, mirror))
-    chains = [paths.chains_of(roots.points[k], exponents, points[0], size)[0] for k in real]
-    if not any(np.allclose(chain.links, known.links, rtol=1e-5, atol=1e-6) for chain in chains):
-        raise AssertionError(f"the known chain {known} is not among {len(chains)} real ones")
-    return {"roots": len(roots), "real": len(real), "alone": alone, "huge": len(huge), "solves": solves}
+    roots.add(alone)
+    real = roots.points[real_roots(roots.points, mirror)]
+    shape = (real[:, :links] + real[:, links : 2 * links].conj()) / 2 * size
+    if not np.any(np.abs(shape - known.links).max(axis=1, initial=0.0) < KNOWN):
+        raise AssertionError(f"the known chain {known} is not among {len(real)} real ones")
+    row = {"roots": len(roots), "real": len(real), "added": len(alone), "huge": len(huge), "solves": solves}
+    return row, (alone, values)
 
 
-def count(exponents: tuple[int, ...]) -> dict[str, Any]:
+def count(exponents: tuple[int, ...], jobs: int = 1) -> dict[str, Any]:
     """What is found out about one kind."""
     begin = time.process_time()
-    found, row = complex_chains(exponents)
+    found, row = complex_chains(exponents, jobs)
+    row["tasks"] = []
+    for seed in range(TASKS):
+        task, alone = real_chains(found, exponents, seed, jobs)
+        row["tasks"].append(task)
+        if len(alone[0]):
+            other = solve(paths.path_system(exponents), found.parameters, start=alone, certificates=False)
+            found, _ = paths.united(found, other, paths.path_system(exponents))
+    row["complex"] = len(found)
     if len(found.points) <= TRACED:
         row["trace"] = traced(exponents, found)
     if len(exponents) == 2 and paths.paths_to_track(exponents) <= HOMOTOPY:
         row["homotopy"] = by_homotopy(exponents)
-    row["tasks"] = [real_chains(found, exponents, seed) for seed in range(TASKS)]
     return row | {"cpu_seconds": round(time.process_time() - begin, 1)}
 
 
-def rows(links: int, most: int, table: Path) -> Iterator[dict[str, Any]]:
+def rows(links: int, most: int, table: Path, jobs: int = 1) -> Iterator[dict[str, Any]]:
     """One row for each kind: kept ones from the table, others solved, if their bound allows it, and kept.
 
     The last line of a kind in the table counts: first it holds the bound alone, perhaps.
@@ -159,7 +177,7 @@ def rows(links: int, most: int, table: Path) -> Iterator[dict[str, Any]]:
         row = kept.get(exponents) or {"exponents": exponents, "ratios": ratios, "bound": paths.root_bound(exponents)}
         counted = "complex" not in row and row["bound"] <= most
         if counted:
-            row |= count(exponents)
+            row |= count(exponents, jobs)
         if counted or exponents not in kept:
             with table.open("a") as file:
                 file.write(json.dumps(row) + "\n")
@@ -172,23 +190,25 @@ def in_words(row: dict[str, Any]) -> str:
     ratios = "R = " + ", ".join("/".join(f"{r:g}" for r in each) for each in row["ratios"])
     if "complex" not in row:
         return f"{head}  not counted  {ratios}"
-    agree = f"runs {'/'.join(map(str, row['runs']))}, estimate {row['estimate']:g}"
+    runs = "/".join(map(str, row["runs"]))
+    agree = f"runs {runs}, estimate {row['estimate']:g}" if "estimate" in row else f"run {runs}"
     trace = ", trace test passed" if row.get("trace", {}).get("passed") else ""
     homotopy = f", homotopy {row['homotopy']['chains']}" if "homotopy" in row else ""
     real = "/".join(str(task["real"]) for task in row["tasks"])
-    lost = sum(task["alone"] + row["complex"] - task["roots"] for task in row["tasks"])
-    missing = f" ({lost} roots missing or alone)" if lost else ""
-    return f"{head} complex {row['complex']:>6} ({agree}{trace}{homotopy}), real {real}{missing}  {ratios}"
+    lost = "/".join(str(row["complex"] - task["roots"]) for task in row["tasks"])
+    missing = f" (roots missing: {lost})" if lost.strip("0/") else ""
+    return f"{head} complex {row['complex']:>7} ({agree}{trace}{homotopy}), real {real}{missing}  {ratios}"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--links", type=int, choices=(2, 3), default=2)
     parser.add_argument("--most", type=int, default=0, help="solve what the table lacks up to this bound")
+    parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    for row in rows(options.links, options.most, options.table):
+    for row in rows(options.links, options.most, options.table, options.jobs):
         print(json.dumps(row) if options.json else in_words(row), flush=True)
 
 

@@ -12,6 +12,7 @@ Loops through two places lie in one complex line of parameters, and roots may ha
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +32,9 @@ DETOURS = 3
 #: So many times more of either while one place has a root that the other lacks: the paths to it are lost, although
 #: they climb the ladder then. It may be too large there, or too near another, for good.
 UNEVEN = 2
+#: Detours are made so many times over where no trace test follows: of 40 runs on chains of two links (370 and 3708
+#: roots) 29 found all with one round, 35 with two, 40 with three.
+ROUNDS = 3
 #: Each detour leads so many times farther than the one before.
 FARTHER = 10.0
 
@@ -76,6 +80,7 @@ class Search:
     backend: str
     typical: float
     ladder: bool = False
+    valid: Callable[[np.ndarray], np.ndarray] | None = None
     history: list[Leg] = field(default_factory=list)
     tracked: int = 0
     lost: int = 0
@@ -92,6 +97,8 @@ class Search:
         for start, end, bend in arcs(self.seed, len(self.history), a.parameters, b.parameters, detour):
             self.tracked += len(ends)
             ends = carry(self.engine, ends, start, end, bend, self.jobs, self.backend, self.typical, self.ladder)
+        if self.valid is not None:
+            ends = ends[self.valid(ends)]
         self.lost += len(points) - len(ends)
         if self.group is not None:
             ends = self.group.representatives(ends, b.parameters)
@@ -117,6 +124,11 @@ def arcs(
     if detour:
         places.insert(1, FARTHER ** (detour - 1) * sizes(start) * gaussian(rng, len(start)))
     return [(a, b, random_bend(rng)) for a, b in itertools.pairwise(places)]
+
+
+def quiet_enough(uneven: bool, traced: bool) -> int:
+    """Legs without news that end a search."""
+    return (UNEVEN if uneven else 1) * (QUIET_LEGS + (1 if traced else ROUNDS) * DETOURS)
 
 
 def detour_of(quiet: int) -> int:

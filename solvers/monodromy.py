@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from solvers.ends import REGULAR, Ends
-from solvers.legs import DETOURS, QUIET_LEGS, UNEVEN, Memory, Search, detour_of, evidence_of, two_nodes
+from solvers.legs import Memory, Search, detour_of, evidence_of, quiet_enough, two_nodes
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
@@ -46,6 +46,7 @@ def monodromy(
     backend: str = "threads",
     count: int | None = None,
     invariant: Any = None,
+    valid: Callable[[np.ndarray], np.ndarray] | None = None,
     trace: bool = True,
     certificates: bool = False,
     progress: Callable[[str, int, int], None] | None = None,
@@ -68,6 +69,9 @@ def monodromy(
         The number of roots where it is known: the loops stop there, without a trace test.
     invariant : SymPy expression, optional
         A rational function of the unknowns that the symmetries leave alone; lets the trace test work on orbits.
+    valid : callable, optional
+        ``valid(points)``: which of the points (n, unknowns) belong to the roots that are wanted. Others, where a
+        denominator vanishes that was cleared for instance, lie apart, but a path may jump to them.
     trace : bool
         Whether to test completeness by the trace test.
     checkpoint : RunFile, optional
@@ -103,7 +107,7 @@ def monodromy(
         first = PointSet(columns)
         first.add(group.representatives(probe, nodes[0].parameters))
         nodes[0].roots = first
-    search = Search(engine, nodes, group, seed, jobs, backend, typical)
+    search = Search(engine, nodes, group, seed, jobs, backend, typical, valid=valid)
     wanted = None if count is None else -(-count // (group.order if group else 1))
     memory = Memory(checkpoint, system, seed, search)
     memory.recall()
@@ -156,7 +160,7 @@ def _loop_until_complete(
             if max(sizes) >= wanted:
                 break
             continue
-        if quiet < (UNEVEN if uneven else 1) * (QUIET_LEGS + DETOURS) or (not trace and paths < QUIET_PATHS):
+        if quiet < quiet_enough(uneven, trace) or (not trace and paths < QUIET_PATHS):
             continue
         if not trace:
             break

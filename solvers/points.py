@@ -1,12 +1,13 @@
 """Sets of points that are known only approximately: merging, matching, orbits.
 
-Points are compared through a random functional: equal points have equal values, and the values can be sorted.
-A comparison of n points with N known ones costs (n + N) log N.
+Points are compared through a random functional of their coordinates in units of their size: equal points have equal
+values, and the values can be sorted.  A comparison of n points with N known ones costs (n + N) log N, and a few
+points that are a million times larger than the others make it no dearer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from inspect import Parameter, signature
 
 import numpy as np
@@ -14,6 +15,9 @@ import numpy as np
 #: Two points nearer than this, relative to their size, are one. Tracked points agree to about 1e-12 times their
 #: condition number; distinct roots of the largest systems met were 1e-5 apart.
 SAME = 1e-7
+
+#: Pairs that are looked at together.
+_BLOCK = 1 << 17
 
 #: Maps points (n, k), or points and their parameters (m,) or (n, m), to points (n, k).
 Symmetry = Callable[..., np.ndarray]
@@ -32,9 +36,7 @@ class PointSet:
     """
 
     def __init__(self, size: int, tolerance: float = SAME, seed: int = 0) -> None:
-        rng = np.random.default_rng([seed, 5])
-        self._functional = rng.normal(size=size) + 1j * rng.normal(size=size)
-        self._functional /= np.abs(self._functional).sum()
+        self._functional = functional(size, seed)
         self.tolerance = tolerance
         self.points = np.zeros((0, size), np.complex128)
         self._keys = np.zeros(0)
@@ -48,19 +50,11 @@ class PointSet:
         found = np.full(len(points), -1, np.int64)
         if not len(self.points) or not len(points):
             return found
-        keys = (points @ self._functional).real
         reach = self.tolerance * np.abs(points).max(axis=1)
-        low = np.searchsorted(self._keys, keys - reach)
-        high = np.searchsorted(self._keys, keys + reach, side="right")
-        at = low.copy()
-        open_ = np.flatnonzero(at < high)
-        while open_.size:
-            candidate = self._order[at[open_]]
-            distance = np.abs(points[open_] - self.points[candidate]).max(axis=1)
-            same = distance <= reach[open_]
-            found[open_[same]] = candidate[same]
-            at[open_] += 1
-            open_ = open_[~same & (at[open_] < high[open_])]
+        for rows, at in windows(self._keys, sizeless(points) @ self._functional, 2 * self.tolerance):
+            numbers = self._order[at]
+            same = np.abs(points[rows] - self.points[numbers]).max(axis=1) <= reach[rows]
+            found[rows[same][::-1]] = numbers[same][::-1]  # the first one is written last
         return found
 
     def add(self, points: np.ndarray) -> np.ndarray:
@@ -74,7 +68,7 @@ class PointSet:
             position = len(self.points) + np.cumsum(own) - 1
             numbers[new] = position[first]
             self.points = np.concatenate([self.points, fresh[own]])
-            keys = (self.points @ self._functional).real
+            keys = (sizeless(self.points) @ self._functional).real
             self._order = np.argsort(keys, kind="stable")
             self._keys = keys[self._order]
         return numbers
@@ -86,32 +80,54 @@ def pairs_of_equals(
     """Pairs (i, j), i < j, of points that agree within a relative tolerance, shape (pairs, 2).
 
     Points smaller than `floor` are compared as if they were of that size: relative to itself nothing equals zero.
-    Points are sorted by a random real functional and compared in a sliding window, so the cost grows like
-    n log n and not like n².
     """
     count, size = points.shape
     if count < 2:
         return np.zeros((0, 2), np.int64)
-    scale = np.maximum(np.abs(points).max(axis=1), floor)
-    allowed = np.broadcast_to(np.asarray(tolerance, float), (count,)) * scale
-    rng = np.random.default_rng(seed + 4)
-    functional = rng.normal(size=size) + 1j * rng.normal(size=size)
-    functional /= np.abs(functional).sum()
-    key = (points @ functional).real
-    order = np.argsort(key, kind="stable")
-    sorted_key, reach = key[order], allowed.max() if np.ptp(allowed) == 0 else None
+    relative = np.broadcast_to(np.asarray(tolerance, float), (count,))
+    allowed = relative * np.maximum(np.abs(points).max(axis=1), floor)
+    keys = sizeless(points, floor) @ functional(size, seed)
+    order = np.argsort(keys.real, kind="stable")
     pairs = []
-    for shift in range(1, count):
-        near = sorted_key[shift:] - sorted_key[:-shift]
-        limit = reach if reach is not None else np.maximum(allowed[order[shift:]], allowed[order[:-shift]])
-        candidates = np.flatnonzero(near <= limit)
-        if not candidates.size:
-            break
-        i, j = order[candidates], order[candidates + shift]
-        distance = np.abs(points[i] - points[j]).max(axis=1)
-        close = distance <= np.maximum(allowed[i], allowed[j])
+    for i, at in windows(keys.real[order], keys, 2 * relative):
+        j = order[at]
+        i, j = i[i != j], j[i != j]
+        close = np.abs(points[i] - points[j]).max(axis=1) <= np.maximum(allowed[i], allowed[j])
         pairs.append(np.sort(np.stack([i[close], j[close]], axis=1), axis=1))
-    return np.concatenate(pairs) if pairs else np.zeros((0, 2), np.int64)
+    found = np.concatenate(pairs)
+    return np.unique(found, axis=0) if len(found) else found
+
+
+def functional(size: int, seed: int = 0) -> np.ndarray:
+    """A random functional, of which the real part is compared: points d apart have values at most d apart."""
+    rng = np.random.default_rng([seed, 5])
+    values = rng.normal(size=size) + 1j * rng.normal(size=size)
+    return np.asarray(values / np.abs(values).sum())
+
+
+def sizeless(points: np.ndarray, floor: float = 1e-300) -> np.ndarray:
+    """Points in units of their own size: two that are t apart, relative to either, are at most 2 t apart then."""
+    return points / np.maximum(np.abs(points).max(axis=1, initial=0.0), floor)[:, None]
+
+
+def windows(
+    keys: np.ndarray, wanted: np.ndarray, reach: np.ndarray | float
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Which sorted keys are within reach of the real parts of others, block by block: rows of `wanted`, places.
+
+    Rows do not decrease, and each row's places are in order.
+    """
+    reach = np.asarray(reach) + 1e-15  # rounding of the values
+    low = np.searchsorted(keys, wanted.real - reach)
+    counts = np.searchsorted(keys, wanted.real + reach, side="right") - low
+    ends = np.cumsum(counts)
+    first = 0
+    while first < len(wanted):
+        before = ends[first] - counts[first]
+        last = max(int(np.searchsorted(ends, before + _BLOCK, side="right")), first + 1)
+        rows = np.repeat(np.arange(first, last), counts[first:last])
+        yield rows, np.arange(len(rows)) - (ends - counts - low)[rows] + before
+        first = last
 
 
 def first_of_equals(points: np.ndarray, tolerance: float) -> np.ndarray:

@@ -159,7 +159,7 @@ class _Work:
             [f for functions in self.blocks.groups for f in functions],
             self.blocks.system.unknowns[: self.blocks.design],
         )
-        self.programs: dict[int, Program] = {}
+        self.programs: dict[tuple[int, ...], Program] = {}
 
     def _random(self, *shape: int) -> np.ndarray:
         return np.exp(2j * np.pi * self.rng.random(shape))

@@ -17,7 +17,7 @@ from solvers.carry import carry
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.key_index import KeyIndex
-from solvers.legs import DETOURS, QUIET_LEGS, UNEVEN, Leg, arcs, detour_of, evidence_of, two_nodes
+from solvers.legs import Leg, arcs, detour_of, evidence_of, quiet_enough, two_nodes
 from solvers.monodromy import MOST_LEGS, QUIET_PATHS
 from solvers.points import Group, Symmetry
 from solvers.store import RunFile
@@ -112,7 +112,7 @@ def stored_monodromy(
     loops.recall(first)
     wanted = None if count is None else -(-count // (group.order if group else 1))
     while len(loops.history) < MOST_LEGS:
-        if min(map(len, places)) >= wanted if wanted is not None else loops.quiet():
+        if max(map(len, places)) >= wanted if wanted is not None else loops.quiet():
             break
         loops.leg()
     return _result(loops, wanted, group)
@@ -187,10 +187,10 @@ class _Loops:
         return self.history[-1]
 
     def quiet(self) -> bool:
-        """Whether the last legs have met nothing new, on detours either."""
+        """Whether enough of the last legs have met nothing new, on detours either."""
         legs, paths = self._quiet_legs()
         uneven = len(self.places[0]) != len(self.places[1])
-        return legs >= (UNEVEN if uneven else 1) * (QUIET_LEGS + DETOURS) and paths >= QUIET_PATHS
+        return legs >= quiet_enough(uneven, traced=False) and paths >= QUIET_PATHS
 
     def _quiet_legs(self) -> tuple[int, int]:
         """How many of the last legs have met nothing new, and how many paths they had."""

@@ -61,8 +61,6 @@ ROOT_COUNTS: dict[tuple[int, ...], int] = {
     (-1, 1, 3): 3432,
     (-1, 2, 3): 4128,
 }
-#: Places without news that end the search for generic chains, and places that it goes to at most.
-QUIET, PLACES = 2, 20
 #: A rotation of this size is zero: clearing the denominators t_j^p brought it in.
 NOT_A_ROTATION = 1e-6
 
@@ -106,13 +104,9 @@ def paths_to_track(exponents: Sequence[int]) -> int:
     return math.comb(2 * links, links) * degree ** (2 * links)
 
 
-@lru_cache(maxsize=4)
-def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None = None) -> Solutions:
+@lru_cache(maxsize=2)
+def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None = None, jobs: int = 1) -> Solutions:
     """All chains at random complex displacements, from one random chain by monodromy.
-
-    Loops between two places in the space of displacements may leave some roots out for good, however often they
-    are run. Therefore the search moves on to another place until the known count is reached or, where none is
-    known, nothing new is found at two places in a row; a root or two may still be missing then (`united`).
 
     Parameters
     ----------
@@ -128,19 +122,11 @@ def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None 
     """
     from solvers import monodromy
 
-    system, start = path_system(exponents), _random_chain(exponents, np.random.default_rng(seed))
-    found, quiet = monodromy(system, seed=seed, trace=False, start=start), 0
-    for place in range(1, PLACES):
-        if len(found) == known or (quiet == QUIET and known is None):
-            break
-        there = (found.points, found.parameters)
-        again = monodromy(system, seed=PLACES * (seed + 1) + place, trace=False, start=there)
-        quiet = 0 if len(again) > len(found) else quiet + 1
-        found = again if len(again) >= len(found) else found
-    if known is not None:
-        found.complete = len(found) == known
-        found.evidence += f", {len(found)} of {known} known chains"
-    return found
+    system, links = path_system(exponents), len(exponents)
+    start = _random_chain(exponents, np.random.default_rng(seed))
+    return monodromy(
+        system, seed, start=start, jobs=jobs, count=known, valid=lambda x: is_rotation(x, links), trace=False
+    )
 
 
 def united(one: Solutions, other: Solutions, system: System) -> tuple[Solutions, int]:

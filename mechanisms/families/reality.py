@@ -116,14 +116,22 @@ def real_roots(
     >>> real_roots(np.array([[2.0 + 0j], [1j], [0.5 + 0j]]), UNIT_NUMBERS).tolist()
     [False, True, False]
     """
+    from solvers.points import functional, sizeless, windows
+
     real = np.zeros(len(points), dtype=bool)
     if not len(points):
         return real
     images = mirror.image(points)
     scale = np.maximum(np.abs(points).max(axis=1, initial=1.0), 1.0)
     own = np.abs(images - points).max(axis=1, initial=0.0)
-    for k in np.flatnonzero(own <= tolerance * scale):  # few: a table of all distances would not fit for large n
-        real[k] = own[k] <= np.abs(points - images[k]).max(axis=1, initial=0.0).min()
+    near = np.flatnonzero(own <= tolerance * scale)
+    key = functional(points.shape[1])
+    keys = (sizeless(points, 1.0) @ key).real
+    order = np.argsort(keys)
+    real[near] = True
+    for rows, at in windows(keys[order], sizeless(images[near], 1.0) @ key, 3 * own[near] / scale[near]):
+        rows = near[rows]  # a neighbour that is nearer to the image than the root itself
+        real[rows[np.abs(points[order[at]] - images[rows]).max(axis=1, initial=0.0) < own[rows]]] = False
     return real
 
 
