@@ -1,12 +1,12 @@
 """How many coupled serial chains pass 2N + 1 points, by gear ratios −3 … 3 in halves: complex and real, with evidence.
 
-    python -m benchmarks.chain_counts [--links 2|3] [--most BOUND] [--jobs N] [--table FILE] [--json]
+    python -m benchmarks.chain_counts [--links 2|3] [--most PATHS] [--bounds] [--jobs N] [--table FILE] [--json]
 
 Neither the order of the links nor a common factor of the exponents changes a count, so that 11 ratios of two links
-make 9 kinds, and 55 pairs of ratios of three links 44.  Those whose proved bound, the mixed volume of
-`chain_paths.root_bound`, is at most `--most` are solved; each finished kind is appended to the table at
-once, and what the table holds is printed and not solved again (a table of the version that is released lies beside
-this file; give another FILE to count anew).
+make 9 kinds, and 55 pairs of ratios of three links 44.  Those whose multihomogeneous number, `chain_paths.
+paths_to_track`, is at most `--most` are solved; each finished kind is appended to the table at once, and what the
+table holds is printed and not solved again (a table of the version that is released lies beside this file; give
+another FILE to count anew).  The bound is proved: the mixed volume of `chain_paths.root_bound`.
 
 The complex count is the size of the union of what two monodromy runs (more, if need be) and the tasks below have
 found.  Each run begins with its own random chain: from how many roots both have found, capture and recapture must
@@ -84,9 +84,8 @@ def complex_chains(exponents: tuple[int, ...], jobs: int = 1) -> tuple[Solutions
     for seed in range(2, RUNS + 1 if len(found) <= TWICE else 0):
         other = paths.generic_chains(exponents, seed, jobs=jobs)
         row["runs"].append(len(other))
-        before = len(found)
-        found, both = paths.united(found, other, paths.path_system(exponents))
-        row["estimate"] = round(before * len(other) / max(both, 1), 2)
+        found, estimate = paths.united(found, other, paths.path_system(exponents))
+        row["estimate"] = round(estimate, 2)
         if round(row["estimate"]) == len(found):
             break
     return found, row
@@ -166,19 +165,21 @@ def count(exponents: tuple[int, ...], jobs: int = 1) -> dict[str, Any]:
     return row | {"cpu_seconds": round(time.process_time() - begin, 1)}
 
 
-def rows(links: int, most: int, table: Path, jobs: int = 1) -> Iterator[dict[str, Any]]:
-    """One row for each kind: kept ones from the table, others solved, if their bound allows it, and kept.
+def rows(links: int, most: int, table: Path, jobs: int = 1, bounds: bool = False) -> Iterator[dict[str, Any]]:
+    """One row for each kind: kept ones from the table, others solved, if they are not too large, and kept.
 
     The last line of a kind in the table counts: first it holds the bound alone, perhaps.
     """
     lines = table.read_text().splitlines() if table.exists() else []
     kept = {tuple(row["exponents"]): row for row in map(json.loads, lines)}
     for exponents, ratios in kinds(links).items():
-        row = kept.get(exponents) or {"exponents": exponents, "ratios": ratios, "bound": paths.root_bound(exponents)}
-        counted = "complex" not in row and row["bound"] <= most
-        if counted:
+        row = kept.get(exponents, {"exponents": exponents, "ratios": ratios})
+        size = len(row)
+        if bounds and "bound" not in row:
+            row["bound"] = paths.root_bound(exponents)
+        if "complex" not in row and paths.paths_to_track(exponents) <= most:
             row |= count(exponents, jobs)
-        if counted or exponents not in kept:
+        if len(row) > size:
             with table.open("a") as file:
                 file.write(json.dumps(row) + "\n")
         yield row
@@ -186,7 +187,7 @@ def rows(links: int, most: int, table: Path, jobs: int = 1) -> Iterator[dict[str
 
 def in_words(row: dict[str, Any]) -> str:
     """A row as a line."""
-    head = f"{tuple(row['exponents'])!s:12} bound {row['bound']:>9}"
+    head = f"{tuple(row['exponents'])!s:12} bound {row.get('bound', '–'):>9}"
     ratios = "R = " + ", ".join("/".join(f"{r:g}" for r in each) for each in row["ratios"])
     if "complex" not in row:
         return f"{head}  not counted  {ratios}"
@@ -203,12 +204,13 @@ def in_words(row: dict[str, Any]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--links", type=int, choices=(2, 3), default=2)
-    parser.add_argument("--most", type=int, default=0, help="solve what the table lacks up to this bound")
+    parser.add_argument("--most", type=int, default=0, help="solve what the table lacks up to so many paths")
+    parser.add_argument("--bounds", action="store_true", help="find mixed volumes that the table lacks: minutes each")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    for row in rows(options.links, options.most, options.table, options.jobs):
+    for row in rows(options.links, options.most, options.table, options.jobs, options.bounds):
         print(json.dumps(row) if options.json else in_words(row), flush=True)
 
 

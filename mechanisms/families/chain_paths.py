@@ -129,8 +129,12 @@ def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None 
     )
 
 
-def united(one: Solutions, other: Solutions, system: System) -> tuple[Solutions, int]:
-    """What two independent searches have found, at the displacements of the first, and how many both have found."""
+def united(one: Solutions, other: Solutions, system: System) -> tuple[Solutions, float]:
+    """What two independent searches have found, at the displacements of the first, and how many there should be.
+
+    The estimate is that of capture and recapture: of the roots of the other that arrive at these displacements, the
+    first has found the share of all that it has of all.
+    """
     from solvers import solve
     from solvers.points import PointSet
 
@@ -140,7 +144,7 @@ def united(one: Solutions, other: Solutions, system: System) -> tuple[Solutions,
     both = int((roots.find(moved) >= 0).sum())
     roots.add(moved)
     count = np.arange(len(roots))
-    return replace(one, points=roots.points, paths=count, orbit=count), both
+    return replace(one, points=roots.points, paths=count, orbit=count), len(one) * len(moved) / max(both, 1)
 
 
 def _random_chain(exponents: tuple[int, ...], rng: np.random.Generator) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -85,8 +85,8 @@ def test_two_incomplete_searches_are_united() -> None:
     full = paths.generic_chains((1, -2), 0, 60)
     one = replace(full, points=full.points[5:], paths=full.paths[5:], orbit=None)
     other = replace(full, points=full.points[:-7], paths=full.paths[:-7], orbit=None)
-    whole, both = paths.united(one, other, paths.path_system((1, -2)))
-    assert (len(whole), both) == (60, 48)
+    whole, estimate = paths.united(one, other, paths.path_system((1, -2)))
+    assert len(whole) == 60 and estimate == 55 * 53 / 48
     residual = paths.path_system((1, -2)).evaluate(whole.points, whole.parameters)[0]
     assert np.abs(residual).max() < 1e-8 * np.abs(whole.points).max() ** 3
 
