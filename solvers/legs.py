@@ -6,7 +6,7 @@ carried, the share whose ends were known already estimates the share of all root
 recapture, Lincoln and Petersen).
 
 Loops through two places lie in one complex line of parameters, and roots may hardly ever change places there. A
-*detour* leads through a third place, the farther away the longer the legs have met nothing new.
+*detour* leads through a third place, the less like the two the longer the legs have met nothing new.
 """
 
 from __future__ import annotations
@@ -33,9 +33,11 @@ DETOURS = 3
 #: they climb the ladder then. It may be too large there, or too near another, for good.
 UNEVEN = 2
 #: Detours are made so many times over where no trace test follows: of 40 runs on chains of two links (370 and 3708
-#: roots) 29 found all with one round, 35 with two, 40 with three.
+#: roots) 29 found all with one round and 40 with three, then 198 of 200.
 ROUNDS = 3
-#: Each detour leads so many times farther than the one before.
+#: Each detour of a round leads so many times farther than the one before; from the second round on, every parameter
+#: becomes so many times larger or smaller by a chance of its own. A homogeneous system looks the same where all grow
+#: together; others, with constants beside the parameters, are best seen from there.
 FARTHER = 10.0
 
 
@@ -90,7 +92,7 @@ class Search:
         return max(self.nodes, key=lambda node: len(node.roots))
 
     def leg(self, source: int, detour: int = 0) -> Leg:
-        """Carry all roots of a node to the other one along fresh arcs; detour number 1 is near, the next farther."""
+        """Carry all roots of a node to the other one along fresh arcs, perhaps with a detour."""
         a, b = self.nodes[source], self.nodes[1 - source]
         before, points = len(b.roots), a.roots.points
         ends = points
@@ -115,14 +117,16 @@ class Search:
 def arcs(
     seed: int, number: int, start: np.ndarray, end: np.ndarray, detour: int = 0
 ) -> list[tuple[np.ndarray, np.ndarray, complex]]:
-    """The way of a leg, as (from, to, bend): one arc, or two by way of a third place.
+    """The way of a leg, as (from, to, bend): one arc, or two by way of a third place, the `detour`.
 
     It depends on the number of the leg alone: a search that is resumed goes on as it would have.
     """
     rng = np.random.default_rng([seed, 12, number])
     places = [start, end]
     if detour:
-        places.insert(1, FARTHER ** (detour - 1) * sizes(start) * gaussian(rng, len(start)))
+        turn, number = divmod(detour - 1, DETOURS)
+        apart = rng.uniform(-1, 1, len(start)) if turn else 1.0
+        places.insert(1, FARTHER ** (number * apart) * sizes(start) * gaussian(rng, len(start)))
     return [(a, b, random_bend(rng)) for a, b in itertools.pairwise(places)]
 
 
@@ -132,8 +136,12 @@ def quiet_enough(uneven: bool, traced: bool) -> int:
 
 
 def detour_of(quiet: int) -> int:
-    """Which detour a leg makes after so many without news: none at first, then the first, second, third in turn."""
-    return (quiet - QUIET_LEGS) % DETOURS + 1 if quiet >= QUIET_LEGS else 0
+    """Which detour a leg makes after so many without news: none at first, then all in turn.
+
+    >>> [detour_of(quiet) for quiet in (0, 2, 3, 4, 11, 12)]
+    [0, 0, 1, 2, 9, 1]
+    """
+    return (quiet - QUIET_LEGS) % (ROUNDS * DETOURS) + 1 if quiet >= QUIET_LEGS else 0
 
 
 def two_nodes(
