@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from solvers.graph import Builder
 from solvers.local import newton
 from solvers.system import InvalidSystem, System, differentiated, evaluate
-from solvers.tape import Builder
 
 #: Random starts from which the best-conditioned one is taken: a seed is a special point, often with a condition
 #: number of a million, and paths are lost on leaving it.

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solvers.binomial import Lattice, binomial_lattice
+from solvers.graph import Builder
 from solvers.mixed_cells import MixedCells
-from solvers.tape import Builder, Program
+from solvers.tape import Program
 
 if TYPE_CHECKING:
     from solvers.kernel.engine import Engine

@@ -14,7 +14,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from solvers.tape import Builder, Program
+from solvers.graph import Builder
+from solvers.tape import Program
 
 
 class StartPoints(Protocol):

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from solvers.from_sympy import InvalidSystem
+from solvers.graph import Builder
 from solvers.system import System, evaluate
-from solvers.tape import Builder
 
 #: A point is a root of an equation if the equation's zero set is nearer than this, relative to the point.
 NEAR = 1e-6

@@ -12,9 +12,10 @@ from math import prod
 
 import numpy as np
 
+from solvers.graph import Builder
 from solvers.homotopy import Homotopy
 from solvers.system import System
-from solvers.tape import Builder, Program
+from solvers.tape import Program
 
 #: Close to the target the start system is what is left, with a factor r that keeps all its digits: double precision
 #: follows a path to radii as small as roots of size a million with tenfold windings ask for.

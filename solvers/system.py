@@ -15,8 +15,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from solvers.from_sympy import InvalidSystem, program_from_sympy
+from solvers.graph import Builder, Node
 from solvers.replay import values
-from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Builder, Exact, Node, Program
+from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Exact, Program
 
 #: The prime of the field in which degrees are measured; a product of two residues fits into an int64.
 PRIME = 2_147_483_629

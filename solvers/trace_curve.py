@@ -8,12 +8,12 @@ import numpy as np
 
 from solvers.carry import carry, carry_each, random_bend
 from solvers.from_sympy import program_from_sympy
+from solvers.graph import Builder
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.legs import gaussian, sizes
 from solvers.points import SAME, Group, PointSet, pairs_of_equals
 from solvers.system import System
-from solvers.tape import Builder
 from solvers.tracking import engine_of
 
 #: With no more roots than this u is a random combination of all unknowns: the extra points cost little then.

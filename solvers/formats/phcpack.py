@@ -11,9 +11,10 @@ from typing import Any
 from solvers.formats.expressions import LARGEST_EXPONENT, FormatError, Reader, Value
 from solvers.formats.numbers import coefficient
 from solvers.from_sympy import InvalidSystem
+from solvers.graph import Builder
 from solvers.supports import terms
 from solvers.system import System, _degree_bounds
-from solvers.tape import Builder, exact
+from solvers.tape import exact
 
 #: More equations than this in the first line are taken for a mistake.
 LARGEST_COUNT = 100_000

@@ -19,11 +19,12 @@ from typing import Any
 
 import numpy as np
 
+from solvers.graph import Builder, Node
 from solvers.kernel import compiled, reference
 from solvers.kernel.elimination import elimination_length, pivot_order, tick_program
 from solvers.kernel.reference import Settings, Tracked
 from solvers.system import differentiated, evaluate
-from solvers.tape import Builder, Node, Program
+from solvers.tape import Program
 
 #: A tick program longer than this is not written out: the loops of the pivoted tick serve instead.
 LONGEST_TICK = 40_000

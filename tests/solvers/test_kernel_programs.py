@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from kernel_systems import katsura
 
+from solvers.graph import Builder
 from solvers.kernel import codegen
 from solvers.kernel.elimination import depth_first, elimination_length, pivot_order, tick_program
 from solvers.kernel.interpreter import bytecode
 from solvers.kernel.lanes import Lanes
 from solvers.kernel.layout import layout, workspace
 from solvers.system import evaluate
-from solvers.tape import ARITY, INV, Builder
+from solvers.tape import ARITY, INV
 
 ALL = [Lanes(2), Lanes(2, fma=False), Lanes(4), Lanes(4, fma=False), Lanes(8)]
 
