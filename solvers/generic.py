@@ -6,7 +6,6 @@ heights of all points above it and the lattice of its binomials. Worked out once
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -14,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solvers.binomial import Lattice, binomial_lattice
-from solvers.graph import Builder
 from solvers.mixed_cells import MixedCells
+from solvers.monomials import coefficient_program
 from solvers.tape import Program
 
 if TYPE_CHECKING:
@@ -104,16 +103,12 @@ class Generic:
     @cached_property
     def engine(self) -> Engine:
         """Tracks these systems while their coefficients move."""
-        from solvers.kernel.engine import make_engine
+        from solvers.kernel.engine import Engine
 
         program = self.program
-        builder = Builder(program.unknowns, program.parameters)
-        unknowns = [builder.unknown(k) for k in range(program.unknowns)]
-        parameters = [builder.parameter(k) for k in range(program.parameters)]
-        equations = program.embed(builder, unknowns, parameters)
         angles = np.random.default_rng(1995).random((4, program.unknowns + program.parameters))
         samples = np.exp(2j * np.pi * angles)
-        return make_engine(builder, equations, (samples[:, : program.unknowns], samples[:, program.unknowns :]))
+        return Engine(program, (samples[:, : program.unknowns], samples[:, program.unknowns :]))
 
 
 def heights_above(cells: MixedCells) -> np.ndarray:
@@ -147,23 +142,3 @@ def normals_and_heights(cells: MixedCells) -> tuple[np.ndarray, np.ndarray, np.n
     heights = heights / units[:, None]
     return normals, np.where(np.isfinite(heights), heights, 0.0), np.where(np.isfinite(units), units, 0.0)
 
-
-def coefficient_program(supports: Sequence[np.ndarray]) -> Program:
-    """The program of a system whose parameters are all its coefficients, equation after equation.
-
-    Monomials are built by multiplying one unknown at a time, so that equations share what they have in common.
-    """
-    n = len(supports)
-    builder = Builder(n, sum(map(len, supports)))
-    nodes, at = [], 0
-    for support in supports:
-        total = builder.zero
-        for exponents in support.tolist():
-            monomial = builder.one
-            for k, power in enumerate(exponents):
-                if power:
-                    monomial = builder.multiply(monomial, builder.power(builder.unknown(k), power))
-            total = builder.add(total, builder.multiply(builder.parameter(at), monomial))
-            at += 1
-        nodes.append(total)
-    return builder.finish({"F": nodes})

@@ -52,7 +52,7 @@ class Homotopy:
     Attributes
     ----------
     program : Program
-        Output "F" only: the equations H(x; q).
+        Output "F": the equations H(x; q). If there are "J" and "Ft" as well, they need not be worked out.
     start, target : ndarray, shape (parameters,)
     starts : StartPoints
         Solutions at `start`.

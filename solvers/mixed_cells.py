@@ -29,8 +29,8 @@ from solvers.mixed_cell_walk import TIED, TOO_LARGE, TOO_LONG, adjugate, push, w
 #: Bits of the random liftings. Two walls meet with probability about 2^-bits for each pair of walls compared.
 _LIFTING_BITS = 26
 #: Up to so many unknowns the plain version is faster than loading the compiled one: half a second in a fresh
-#: process, some milliseconds where the tracker's kernel has set numba to work already.
-SMALL_SYSTEM, TINY_SYSTEM = 8, 4
+#: process, ten milliseconds where the tracker's kernel has set numba to work already.
+SMALL_SYSTEM, TINY_SYSTEM = 8, 2
 #: Liftings tried before giving up.
 _ATTEMPTS = 20
 

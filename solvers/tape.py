@@ -41,6 +41,16 @@ def exact(value: Any) -> Exact:
     return (Fraction(number.real), Fraction(number.imag))
 
 
+def rounded(value: Exact) -> complex:
+    """A number to double precision.
+
+    >>> rounded((Fraction(1, 2), Fraction(2)))
+    (0.5+2j)
+    """
+    re, im = value
+    return complex(re.numerator / re.denominator, im.numerator / im.denominator)
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
     """A straight-line program as plain arrays.
@@ -74,7 +84,7 @@ class Program:
     @cached_property
     def constant_values(self) -> np.ndarray:
         """The constants rounded to double precision, shape (constants,)."""
-        return np.array([complex(float(re), float(im)) for re, im in self.constants], dtype=np.complex128)
+        return np.array([rounded(value) for value in self.constants], dtype=np.complex128)
 
     @cached_property
     def constant_halves(self) -> np.ndarray:
@@ -154,7 +164,9 @@ class Program:
         """
         nodes: list[Node] = [*unknowns, *parameters, *[builder.zero] * self.parameters]
         nodes += [builder.constant(value) for value in self.constants]
-        for op, a, b, c in self.code.tolist():
+        wanted = self.outputs["F"].tolist()
+        needed = max([self.inputs, *(k + 1 for k in wanted)]) - self.inputs
+        for op, a, b, c in self.code[:needed].tolist():
             if op == ADD:
                 node = builder.add(nodes[a], nodes[b])
             elif op == SUB:
@@ -174,4 +186,4 @@ class Program:
                 elif op == FNMA:
                     node = builder.sub(nodes[c], node)
             nodes.append(node)
-        return [nodes[k] for k in self.outputs["F"].tolist()]
+        return [nodes[k] for k in wanted]

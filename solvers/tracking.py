@@ -79,7 +79,7 @@ def track_all(
     engine = engine_of(homotopy)
     ends = _empty(homotopy.starts.count, homotopy.program.unknowns)
     ends.typical = engine.size
-    stage = f"paths {digest(homotopy)}"
+    stage = "" if run.checkpoint is None else f"paths {digest(homotopy)}"
     chunks = parallel.cut(homotopy.starts.count)
     kept = _kept(run, stage, chunks, homotopy.program.unknowns)
     for number, part in kept.items():
@@ -130,8 +130,12 @@ def engine_of(homotopy: Homotopy) -> Engine:
     """The compiled tick of a homotopy: made once for each program, and used again for other parameters."""
     engine = _ENGINES.get(homotopy.program)
     if engine is None:
-        builder, equations = homotopy.builder()
-        engine = make_engine(builder, equations, homotopy.samples(), homotopy.moving)
+        # A listed start is carried again and again, to many targets.
+        paths = None if isinstance(homotopy.starts, Listed) else homotopy.starts.count
+        if "J" in homotopy.program.outputs:
+            engine = Engine(homotopy.program, homotopy.samples(), homotopy.moving, paths)
+        else:
+            engine = make_engine(*homotopy.builder(), homotopy.samples(), homotopy.moving, paths)
         _ENGINES[homotopy.program] = engine
     return engine
 

@@ -6,7 +6,8 @@ import sympy
 
 from benchmarks.zoo import ZOO
 from solvers.binomial import binomial_lattice
-from solvers.generic import coefficient_program, heights_above
+from solvers.generic import heights_above
+from solvers.monomials import coefficient_program
 from solvers.points import pairs_of_equals
 from solvers.polyhedral import polyhedral, scaled_terms, toric_points
 from solvers.system import System, evaluate
