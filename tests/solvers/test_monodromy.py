@@ -54,6 +54,13 @@ def test_published_counts_with_a_trace_test_on_many_seeds(name, seed):
     assert (len(found), found.complete) == (count, True), found.evidence
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_ill_conditioned_roots_are_found_by_legs_with_more_care(seed):
+    """A few of the 128 roots have a condition of 1e9: double precision confirms them on no leg."""
+    solutions = monodromy(with_constants_moving("chandra8"), seed=seed)
+    assert len(solutions) == 128 and solutions.complete
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_seven_pose_trammel(seed):
     point, values = trammel_seed(np.random.default_rng(seed))
