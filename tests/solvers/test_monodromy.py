@@ -61,6 +61,14 @@ def test_ill_conditioned_roots_are_found_by_legs_with_more_care(seed):
     assert len(solutions) == 128 and solutions.complete
 
 
+def test_equations_in_very_different_units():
+    """A first root is made, and all are found, when the equations' coefficients differ by twelve orders of magnitude."""
+    system = System([10**12 * (x**2 + y**2 - 5) + 10**12 * a, x * y - 2 + b], [x, y], [a, b])
+    for seed in range(4):
+        found = monodromy(system, seed=seed)
+        assert len(found) == 4 and found.complete
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_seven_pose_trammel(seed):
     point, values = trammel_seed(np.random.default_rng(seed))
