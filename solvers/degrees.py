@@ -91,7 +91,7 @@ def _degree_from_samples(nodes: np.ndarray, values: np.ndarray) -> int:
 
 def residue(value: Exact) -> int:
     """A constant in the prime field; the imaginary unit becomes a fixed square root of -1 or a generic number."""
-    re, im = (v.numerator * pow(v.denominator, -1, PRIME) for v in value)
+    re, im = (v.numerator if v.denominator == 1 else v.numerator * pow(v.denominator, -1, PRIME) for v in value)
     return (re + im * _IMAGINARY) % PRIME
 
 

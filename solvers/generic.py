@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solvers.binomial import Lattice, binomial_lattice
+from solvers.binomial import Lattice, binomial_lattices
 from solvers.mixed_cells import MixedCells
 from solvers.monomials import coefficient_program
 from solvers.tape import Program
@@ -66,11 +66,7 @@ class Generic:
     @cached_property
     def lattices(self) -> list[Lattice]:
         """Of the binomials x^(b - a) = -c_a / c_b of each cell."""
-        supports = self.cells.supports
-        return [
-            binomial_lattice(np.array([support[b] - support[a] for support, (a, b) in zip(supports, edges)]))
-            for edges in self.cells.edges.tolist()
-        ]
+        return binomial_lattices(self.cells.steps, self.cells.volumes)
 
     @cached_property
     def inverses(self) -> np.ndarray:
@@ -90,8 +86,9 @@ class Generic:
         return self._turns(indices, self.cell_of(indices))
 
     def _turns(self, indices: np.ndarray, cell_of: np.ndarray) -> np.ndarray:
-        turns = np.empty((len(indices), len(self.cells.supports)))
-        for cell in np.unique(cell_of).tolist():
+        turns = np.zeros((len(indices), len(self.cells.supports)))
+        several = self.cells.volumes[cell_of] > 1
+        for cell in np.unique(cell_of[several]).tolist():
             here = cell_of == cell
             turns[here] = self.lattices[cell].turns(indices[here] - self.first[cell])
         return turns
@@ -124,12 +121,10 @@ def normals_and_heights(cells: MixedCells) -> tuple[np.ndarray, np.ndarray, np.n
     """The normals η of the cells, shape (cells, n), the heights above them in units of the lowest, and these units."""
     n = len(cells.supports)
     first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
-    steps = np.empty((len(cells), n, n))
     rise = np.empty((len(cells), n, 1))
-    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
-        steps[:, i] = support[last[:, i]] - support[first[:, i]]
+    for i, lifting in enumerate(cells.liftings):
         rise[:, i, 0] = lifting[last[:, i]] - lifting[first[:, i]]
-    normals = -np.linalg.solve(steps, rise)[:, :, 0]
+    normals = -np.linalg.solve(cells.steps.astype(np.float64), rise)[:, :, 0]
     rows = []
     for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
         level = lifting + normals @ support.T

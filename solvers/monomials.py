@@ -167,15 +167,17 @@ class _Writer:
         written = np.flatnonzero(~(first & (factors == ONE)))
         held = np.array(coefficients)
         held[written] = self._next + np.arange(len(written))
-        before = np.where(first, 0, np.roll(held, 1))[written]
-        self.emit(np.where(first[written], MUL, FMA), coefficients[written], factors[written], before)
+        before = np.zeros(len(group), np.int64)
+        before[1:] = held[:-1]
+        before[first] = 0
+        self.emit(np.where(first[written], MUL, FMA), coefficients[written], factors[written], before[written])
         result = np.full(count, self.zero)
         result[group] = held  # the last of each group stays
         return result
 
     def _monomials(self, exponents: np.ndarray) -> np.ndarray:
         """The slots of monomials; ONE for the empty one. Products are taken from left to right, each once."""
-        rows, where = _distinct(exponents)
+        rows, where = distinct(exponents)
         slots = np.full(len(rows), ONE)
         new = np.zeros(len(rows), bool)  # whether a row differs from the one before in what has been looked at
         new[:1] = True
@@ -202,7 +204,10 @@ class _Writer:
                 known[power] = int(self.emit(SQR if a == b else MUL, np.array([a]), np.array([0 if a == b else b]))[0])
             return known[power]
 
-        return np.array([slot(power) for power in exponents.tolist()])
+        powers = exponents.tolist()
+        for power in sorted(set(powers)):
+            slot(power)
+        return np.array([known[power] for power in powers])
 
     def program(self, outputs: dict[str, np.ndarray], pattern: np.ndarray) -> Program:
         """What has been written."""
@@ -216,8 +221,12 @@ class _Writer:
         )
 
 
-def _distinct(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct rows in increasing order, and which of them each row is."""
+def distinct(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct rows of whole numbers, none below zero, in increasing order, and which of them each row is.
+
+    >>> distinct(np.array([[1, 0], [0, 2], [1, 0]]))[0].tolist()
+    [[0, 2], [1, 0]]
+    """
     radix = int(rows.max(initial=0)) + 1
     if radix ** rows.shape[1] < 2**62:
         keys = rows @ (radix ** np.arange(rows.shape[1])[::-1])

@@ -18,7 +18,7 @@ from solvers.homotopy import Homotopy
 from solvers.monomials import blended_program
 from solvers.supports import TooManyTerms, terms
 from solvers.system import System
-from solvers.tape import Exact, Program
+from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, SQR, SUB, Exact, Program
 
 #: Equations with more terms than this are not multiplied out to see whether they are no longer then.
 FEW_TERMS = 5_000
@@ -92,8 +92,8 @@ def total_degree(
 
 
 def _program_of_terms(system: System, unknown_scale: np.ndarray | None) -> Program | None:
-    """The program with scaled coefficients, if the system has no parameters and is no longer when multiplied out."""
-    if system.parameters or min(system.degrees) < 1:
+    """The program with scaled coefficients, if the system has no parameters and is as good when multiplied out."""
+    if system.parameters or min(system.degrees) < 1 or _multiplies_sums(system.program):
         return None
     try:
         expanded = terms(system, limit=FEW_TERMS)
@@ -109,6 +109,17 @@ def _program_of_terms(system: System, unknown_scale: np.ndarray | None) -> Progr
             return None
         coefficients.append([value if f == 1 else _times(value, f) for value, f in zip(row, factors.tolist())])
     return blended_program(expanded.supports, coefficients, system.degrees)
+
+
+def _multiplies_sums(program: Program) -> bool:
+    """Whether a product of sums is formed: near a root of one of them it is known better than its terms are."""
+    sums = [False] * program.inputs
+    for op, a, b, _ in program.code.tolist():
+        second = sums[b] and op in (MUL, FMA, FMS, FNMA)
+        if sums[a] and (second or op in (SQR, INV)):
+            return True
+        sums.append(sums[a] or second or op in (ADD, SUB, FMA, FMS, FNMA))
+    return False
 
 
 def _times(value: Exact, factor: float) -> Exact:

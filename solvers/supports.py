@@ -233,23 +233,28 @@ def _expand(program: Program, unknowns: list[Any], parameters: list[Any], lift: 
 
     def value(slot: int) -> Any:
         held = slots[slot]
-        if isinstance(held, list):
+        if type(held) is list:
             held = slots[slot] = _tree_sum(held)
         return held
 
     def summands(slot: int) -> list[Any]:
         held = slots[slot]
-        if isinstance(held, list) and uses[slot] == 1:
+        if type(held) is not list:
+            return [held]
+        if uses[slot] == 1:
             slots[slot] = None
             return held
         return [value(slot)]
 
     def product(a: int, b: int) -> Any:
-        left, right = value(a), value(b)
-        if len(left) * len(right) > 50 * limit:
+        left, right = slots[a], slots[b]
+        if type(left) is list or type(right) is list:
+            left, right = value(a), value(b)
+        most = len(left) * len(right)
+        if most > 50 * limit:
             raise TooManyTerms(_too_many(limit))
         result = left * right
-        if len(result) > limit:
+        if most > limit and len(result) > limit:
             raise TooManyTerms(_too_many(limit))
         return result
 
