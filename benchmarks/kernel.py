@@ -50,7 +50,7 @@ FIRST_ROOT = """
 import time; start = time.perf_counter()
 import numpy as np
 from solvers.kernel.engine import make_engine
-from solvers.tape import Builder
+from solvers.graph import Builder
 b = Builder(3, 1)
 x, y, z, p = b.unknown(0), b.unknown(1), b.unknown(2), b.parameter(0)
 equations = [b.sub(b.square(x), b.multiply(p, y)), b.sub(b.square(y), z), b.sub(b.square(z), x)]

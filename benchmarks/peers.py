@@ -5,7 +5,8 @@
 Printed for each system and program: distinct true roots, missed (of the known number), duplicates, paths, CPU
 seconds on one core, true roots per CPU second, and how many times as many this solver finds per second. One run,
 no tuning: read ratios under three as undecided. A program that misses roots is marked with !. Of this solver the
-fifth solve is compared; beside it stand the first one of the process, and that of a system it has not seen.
+fifth solve is compared; beside it stand the first one of the process, and that of a system it has not seen when it has
+solved others, with the ratio for that one.
 """
 
 from __future__ import annotations
@@ -63,6 +64,7 @@ def compare(name: str, peers: list[str], timeout: float) -> list[dict[str, Any]]
     ours = rows[0].get("rate")
     for row in rows:
         row["ratio"] = ours / row["rate"] if ours and row.get("rate") else None
+        row["ratio new"] = row["ratio"] * rows[0]["seconds"] / rows[0]["new"] if row["ratio"] else None
     return rows
 
 
@@ -72,7 +74,9 @@ def show(row: dict[str, Any]) -> str:
     if row["problem"]:
         return f"{head} {row['problem']}"
     mark = "!" if row["missed"] else " "
-    ratio = f"{row['ratio']:8.1f}" if row["ratio"] and row["program"] != OURS else " " * 8
+    ratio = " " * 8
+    if row["ratio"] and row["program"] != OURS:
+        ratio = f"{row['ratio']:8.1f} ({row['ratio new']:.1f})"
     first = f"   (first {row['first']:.2f} s, as a new system {row['new']:.3f} s)" if "first" in row else ""
     return (
         f"{head} {row['roots']:6}{mark} {row['missed']:6} {row['duplicates']:6} {row['paths'] or '':>7} "

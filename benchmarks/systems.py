@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy
 
+from solvers.graph import Builder
 from solvers.kernel.engine import Engine, make_engine
 from solvers.system import System
-from solvers.tape import Builder
 
 
 def trammel_system() -> System:

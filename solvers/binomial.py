@@ -22,8 +22,8 @@ class Lattice:
     ----------
     count : int
         |det M|.
-    adjugate : ndarray, shape (n, n), object
-        ``count`` times the inverse of M, Python integers.
+    adjugate : ndarray, shape (n, n), whole numbers
+        ``count`` times the inverse of M.
     radices : tuple of int
         Diagonal of the Hermite form: the digits of a solution's number.
     """
@@ -40,9 +40,11 @@ class Lattice:
     def turns(self, indices: np.ndarray) -> np.ndarray:
         """What the angles of solutions have beyond those of solution 0, in turns, shape (len(indices), n)."""
         n = len(self.adjugate)
-        small = self.count < 2**31 and max(map(abs, self.adjugate.ravel().tolist()), default=0) < 2**31
+        if self.count == 1:
+            return np.zeros((len(indices), n))
+        small = self.count < 2**31 and np.abs(self.adjugate).max(initial=0) < 2**31
         dtype = np.int64 if small else object
-        rest = np.array([int(k) for k in indices], dtype=dtype)
+        rest = np.array(indices).astype(dtype)
         adjugate = self.adjugate.astype(dtype)
         turns = np.zeros((len(rest), n), dtype=dtype)
         for j, radix in enumerate(self.radices):
@@ -51,6 +53,42 @@ class Lattice:
                 rest = rest // radix
                 turns = (turns + digit[:, None] * (adjugate[:, j] % self.count)[None, :]) % self.count
         return turns.astype(np.float64) / float(self.count)
+
+
+def binomial_lattices(exponents: np.ndarray, counts: np.ndarray) -> list[Lattice]:
+    """The lattices of many systems; `counts` are their numbers of solutions, if they are known.
+
+    Parameters
+    ----------
+    exponents : ndarray of int64, shape (systems, n, n)
+    counts : ndarray, shape (systems,)
+
+    Where numbers are small the adjugates are rounded from double precision, and checked.
+
+    Examples
+    --------
+    >>> [lattice.adjugate.tolist() for lattice in binomial_lattices(np.array([[[2, 1], [1, 1]]]), np.array([1]))]
+    [[[1, -1], [-1, 2]]]
+    """
+    n = exponents.shape[-1]
+    sizes = counts.astype(np.float64)[:, None, None]
+    adjugates = np.rint(np.linalg.inv(exponents.astype(np.float64)) * sizes)
+    fits = n * np.abs(exponents).max(axis=(1, 2), initial=1) * np.abs(adjugates).max(axis=(1, 2), initial=1) < 2**52
+    fits &= sizes[:, 0, 0] < 2**52
+    whole = np.where(fits[:, None, None], adjugates, 0).astype(np.int64)
+    fits &= (exponents @ whole == sizes * np.eye(n)).all(axis=(1, 2))
+    return [
+        Lattice(count, adjugate, (1,) * n if count == 1 else _radices(matrix)) if good else binomial_lattice(matrix)
+        for matrix, adjugate, count, good in zip(exponents, whole, map(int, counts), fits.tolist())
+    ]
+
+
+def _radices(exponents: np.ndarray) -> tuple[int, ...]:
+    """The diagonal of the Hermite form of the columns."""
+    import flint
+
+    hermite = flint.fmpz_mat(len(exponents), len(exponents), exponents.T.ravel().tolist()).hnf()
+    return tuple(abs(int(hermite[i, i])) for i in range(len(exponents)))
 
 
 def binomial_lattice(exponents: np.ndarray) -> Lattice:
@@ -75,13 +113,11 @@ def binomial_lattice(exponents: np.ndarray) -> Lattice:
     import flint
 
     n = len(exponents)
-    matrix = flint.fmpz_mat(n, n, [int(v) for v in exponents.ravel()])
+    matrix = flint.fmpz_mat(n, n, exponents.ravel().tolist())
     determinant = int(matrix.det())
     if determinant == 0:
         raise ZeroDivisionError("the exponents of the binomial system are dependent")
     count = abs(determinant)
     inverse = matrix.inv().tolist()
     adjugate = np.array([[int(v.p) * (count // int(v.q)) for v in row] for row in inverse], object).reshape(n, n)
-    hermite = matrix.transpose().hnf()
-    radices = tuple(abs(int(hermite[i, i])) for i in range(n))
-    return Lattice(count, adjugate, radices)
+    return Lattice(count, adjugate, _radices(exponents))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Any
 
 import numpy as np
 
+from solvers.dense import reaches_total_degree
 from solvers.homotopy import Homotopy
 from solvers.mixed_cells import MixedCells, TooManyCells
 from solvers.partition import Partition, best_partition, partition_of
@@ -14,7 +16,7 @@ from solvers.polyhedral import fewest_cells, polyhedral, scaled_terms
 from solvers.start import total_degree
 from solvers.start_linear_product import ChoiceGraph, Structure, linear_product
 from solvers.start_multihomogeneous import multihomogeneous
-from solvers.supports import TooManyTerms
+from solvers.supports import TooManyTerms, degrees_of, terms
 from solvers.system import System
 
 STARTS = ("total-degree", "multihomogeneous", "polyhedral")
@@ -23,6 +25,8 @@ FEW_PATHS = 6
 #: Terms of all equations up to which mixed cells are looked for, and cells that may be looked at (about a second).
 MANY_TERMS = 5_000
 PATIENCE = 100_000
+#: Why the total degree is best.
+NO_LESS = "the mixed volume is no less"
 #: Steps of the search over groupings when there are no mixed cells (about a second).
 SEARCH = 3_000_000
 
@@ -126,11 +130,13 @@ def _automatic(system: System, values: np.ndarray) -> Choice:
             return Choice("multihomogeneous", partition.bezout, reason, partition)
     if degree <= FEW_PATHS:
         return Choice("total-degree", degree, "so few paths need no search for fewer")
+    if _is_dense(system, values, degree):
+        return Choice("total-degree", degree, NO_LESS)
     cells, why_not = _cells(system, values)
     if cells is not None:
         volume = cells.mixed_volume
         if volume >= degree:
-            return Choice("total-degree", degree, "the mixed volume is no less")
+            return Choice("total-degree", degree, NO_LESS)
         # Sparse starts of size one suit a system better than dense products of random linear forms do, even
         # where a grouping of the unknowns has no more paths; and no grouping has fewer.
         return Choice("polyhedral", volume, f"the mixed volume; the total degree is {degree}", cells=cells)
@@ -139,6 +145,15 @@ def _automatic(system: System, values: np.ndarray) -> Choice:
         reason = f"{_groups(partition)}; the total degree is {degree}; no mixed volume: {why_not}"
         return Choice("multihomogeneous", partition.bezout, reason, partition)
     return Choice("total-degree", degree, f"no grouping saves any; no mixed volume: {why_not}")
+
+
+def _is_dense(system: System, values: np.ndarray, degree: int) -> bool:
+    """Whether there are as many roots as the degree says, which holds for all values of the parameters."""
+    try:
+        supports = terms(system, values, limit=MANY_TERMS).supports
+    except TooManyTerms:
+        return False
+    return prod(degrees_of(supports, range(len(system.unknowns)))) == degree and reaches_total_degree(supports)
 
 
 def _cells(system: System, values: np.ndarray) -> tuple[MixedCells | None, str]:

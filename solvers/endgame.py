@@ -8,7 +8,9 @@ r = 0 (Cauchy's integral, with an error of order r^8; Morgan, Sommese, Wampler, 
 and infinite ends are treated alike by working in the chart of the largest coordinate: 1/x_j has a mean that is
 zero, and m times its exponent is the order of the pole.
 
-Nothing is decided on one radius: two in a row must agree on m and on the limit.
+Nothing is decided on one radius: two in a row must agree on m and on the limit. That 1/x_j has a mean of zero proves
+little: the reciprocals of roots far out that lie on a circle have one too. But a power of it, the first that comes back
+after one turn, has at r = 0 the value zero only if all of them are at infinity. Its mean is known to rounding.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ import numpy as np
 
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends, fingerprints
 from solvers.kernel.reference import DIVERGED, PAUSED, REACHED, STATUS, Settings
-from solvers.limits import AGREE, EXACT, ROUNDING, Refined, Target
+from solvers.limits import AGREE, EXACT, ROUNDING, VANISHES, Refined, Target, constant_part
 from solvers.local import CONFIRMED, ORIGIN, newton, newton_step, relative_weights
 from solvers.tape import Program
 
@@ -42,6 +44,9 @@ CLOSED = 1e-6
 NEARER = 0.8
 #: A mean of 1/x_j below this, agreed on by two radii, is zero.
 POLE = 1e-10
+#: Exponents alone send nothing to infinity that is nearer than this, in typical sizes of the unknowns: with exponents
+#: of −1/9 they have grown a hundredfold at r = 1e-18, and may turn yet.
+FAR_ENOUGH = 1e4
 #: Below this radius exponents that have settled decide alone, for paths that wind more often than is looked for.
 EXPONENTS_DECIDE = 1e-9
 #: … and those that do close must show exponents k/m to this precision, times m.
@@ -121,6 +126,7 @@ def finish(
         shrink = SHRINK if radius < first_loop else STRIDE
         rows, points = walk.advance(rows, points, radius, radius * shrink, shrink)
         radius *= shrink
+    ends.leaving[:] = walk.exponents.min(axis=1) < INFINITE_EXPONENT
     for row in rows.tolist():
         ends.why[row] = f"undecided at r = {radius:.1e}: its limit does not settle in double precision"
     return ends
@@ -141,6 +147,7 @@ class _Walk:
         self.exponents = np.full((count, size), np.nan)
         self.mean = np.full((count, size + 1), np.nan + 0j)
         self.turns = np.zeros(count, np.int64)
+        self.vanishing = np.full(count, np.nan)
         self.distance = np.full(count, np.nan)
         self.way = np.full(count, np.nan)
         self.refusals = np.zeros(count, np.int64)
@@ -237,7 +244,7 @@ class _Walk:
         ripe = np.flatnonzero(self.settled & ~self.regular_course & loops)
         decided = np.zeros(len(rows), bool)
         if ripe.size:
-            turns, mean, distance, order = self._loop(points[ripe], radius, rows[ripe])
+            turns, mean, distance, order, self.vanishing[rows[ripe]] = self._loop(points[ripe], radius, rows[ripe])
             known = self.mean[rows[ripe]]
             with np.errstate(all="ignore"):
                 change = np.abs(mean - known).max(axis=1)
@@ -247,6 +254,7 @@ class _Walk:
             agree &= (turns > 0) & (turns == self.turns[rows[ripe]])
             self.mean[rows[ripe]], self.turns[rows[ripe]], self.distance[rows[ripe]] = mean, turns, distance
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
+            at_infinity &= self.vanishing[rows[ripe]] < VANISHES
             at_infinity[at_infinity] = self.limits.is_infinite(mean[at_infinity, :-1])
             finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE) & (nearer | (distance < AGREE))
             self._close(rows[ripe[at_infinity]], mean[at_infinity, :-1], turns[at_infinity], INFINITE)
@@ -272,10 +280,14 @@ class _Walk:
             steps = exponents * self.turns[rows, None]
             rational = np.abs(steps - np.rint(steps)).max(axis=1) < RATIONAL
             leaving = ~decided & self.still & rational & (exponents.min(axis=1) < INFINITE_EXPONENT)
+            leaving &= ~(self.vanishing[rows] > VANISHES) & self._is_far(rows, points)
             whole = np.abs(points[leaving]).max(axis=1, keepdims=True)
             self._close(rows[leaving], points[leaving] / whole, np.zeros(int(leaving.sum()), np.int64), INFINITE)
             decided |= leaving
         return rows[~decided], points[~decided]
+
+    def _is_far(self, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
+        return np.asarray(np.abs(points).max(axis=1) > FAR_ENOUGH * self.typical)
 
     def _close(self, rows: np.ndarray, x: np.ndarray, turns: np.ndarray, kind: int) -> None:
         self.ends.x[rows], self.ends.winding[rows], self.ends.kind[rows] = x, turns, kind
@@ -287,9 +299,10 @@ class _Walk:
 
     def _loop(
         self, points: np.ndarray, radius: float, rows: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Loops round r = 0: turns until closed (0: not closed), and in the chart of the largest coordinate the
-        mean, the distance of the point from it, and the order of the pole."""
+        mean, the distance of the point from it, and the order of the pole. Last, how far the coordinates that grow
+        are from a pole (not a number where the loop is not closed)."""
         count = len(points)
         pick = np.arange(count)
         chart = np.argmax(np.abs(_homogeneous(points)), axis=1)
@@ -301,7 +314,8 @@ class _Walk:
         first, weights = charted(points, pick), relative_weights(points, self.typical)
         total = np.zeros_like(first)
         turns = np.zeros(count, np.int64)
-        active, x, previous = pick, points, first
+        active, x = pick, points
+        walked: list[tuple[np.ndarray, np.ndarray]] = []
         corners = radius * np.exp(2j * np.pi * np.arange(CORNERS + 1) / CORNERS)
         corners[-1] = corners[0]
         for turn in range(1, LARGEST_WINDING + 1):
@@ -314,10 +328,10 @@ class _Walk:
                 )
                 self.ends.ticks[rows[active]] += done.ticks
                 alive = done.status == REACHED
-                total[active] += previous
                 active, x = active[alive], done.x[alive]
-                here = charted(x, active)
-                previous = here
+                # The first corner counts when it is come back to: it has been corrected then.
+                total[active] += charted(x, active)
+                walked.append((active, x))
                 if not active.size:
                     break
             if not active.size:
@@ -325,13 +339,14 @@ class _Walk:
             # Each unknown beside its own size: in the chart, points far out hardly differ.
             back = (np.abs(x - points[active]) / weights[active]).max(axis=1) < CLOSED
             turns[active[back]] = turn
-            active, x, previous = active[~back], x[~back], previous[~back]
+            active, x = active[~back], x[~back]
             if not active.size:
                 break
         mean = total / (CORNERS * np.maximum(turns, 1))[:, None]
         exponents = np.concatenate([self.exponents[rows], np.zeros((count, 1))], axis=1)
         distance = np.abs(first - mean).max(axis=1)
-        return turns, mean, distance, np.rint(-exponents[pick, chart] * turns)
+        vanishing = constant_part(walked, self.exponents[rows], turns, CORNERS)
+        return turns, mean, distance, np.rint(-exponents[pick, chart] * turns), vanishing
 
 
 def _homogeneous(x: np.ndarray) -> np.ndarray:

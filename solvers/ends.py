@@ -32,6 +32,8 @@ class Ends:
     mark : ndarray, complex
         A fingerprint of where a path was at the first radius; not a number for one that has gone straight to its
         end, or was lost before. Two paths with one mark are one path.
+    leaving : ndarray of bool
+        The path was growing when it was seen last.
     typical : float
         Typical size of the unknowns, which tells what is near the origin.
     """
@@ -43,15 +45,18 @@ class Ends:
     ticks: np.ndarray
     why: dict[int, str] = field(default_factory=dict)
     mark: np.ndarray = None  # type: ignore[assignment]
+    leaving: np.ndarray = None  # type: ignore[assignment]
     typical: float = 0.0
 
     def __post_init__(self) -> None:
         if self.mark is None:
             self.mark = np.full(len(self.x), np.nan, np.complex128)
+        if self.leaving is None:
+            self.leaving = np.zeros(len(self.x), bool)
 
     def replace(self, rows: np.ndarray, other: Ends) -> None:
         """Put the results of tracking `rows` again in place of the old ones."""
-        for name in ("x", "kind", "winding", "condition", "mark"):
+        for name in ("x", "kind", "winding", "condition", "mark", "leaving"):
             getattr(self, name)[rows] = getattr(other, name)
         self.ticks[rows] += other.ticks
         for row in rows.tolist():

@@ -6,13 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from solvers.local import newton
+from solvers.graph import Builder
+from solvers.local import magnitudes, newton
 from solvers.system import InvalidSystem, System, differentiated, evaluate
-from solvers.tape import Builder
 
 #: Random starts from which the best-conditioned one is taken: a seed is a special point, often with a condition
 #: number of a million, and paths are lost on leaving it.
 SEEDS = 12
+#: The terms of each equation cancel to this at a root, relative.
+CANCELLED = 1e-8
 
 
 def given_root(system: System, start: tuple[Any, Any]) -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +55,8 @@ def random_root(system: System, rng: np.random.Generator) -> tuple[np.ndarray, n
                 F, J = evaluate(program, z, np.zeros(0))
             if not (np.isfinite(F).all() and np.isfinite(J).all()):
                 break
-            step = np.linalg.lstsq(J[0], F[0], rcond=None)[0]
+            rows = np.maximum(np.abs(J[0]).max(axis=1), 1e-300)  # equations in units of their own
+            step = np.linalg.lstsq(J[0] / rows[:, None], F[0] / rows, rcond=None)[0]
             length = np.abs(step).max()
             z = z - step * min(1.0, 1.0 / max(length, 1e-300))
             if length < 1e-13 * np.abs(z).max():
@@ -65,8 +68,9 @@ def random_root(system: System, rng: np.random.Generator) -> tuple[np.ndarray, n
         values = z[n:]
         point, _, conditions = newton(system.jacobian_program, z[None, :n], values)
         condition = float(conditions[0])
-        residual = np.abs(system.evaluate(point, values)[0]).max()
-        if residual < 1e-8 and (best is None or condition < best[0]):
+        size = magnitudes(system.jacobian_program, point, values)
+        residual = (np.abs(system.evaluate(point, values)[0]) / size).max()
+        if residual < CANCELLED and (best is None or condition < best[0]):
             best = condition, np.concatenate([point[0], values])
     if best is None or best[0] > 1e10:
         raise InvalidSystem(

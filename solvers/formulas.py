@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from solvers.graph import Builder, Node
 from solvers.system import System
-from solvers.tape import Builder, Node
 
 __all__ = ["Term", "system_of"]
 

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from solvers.tape import Builder, Exact, Node, Program
+from solvers.graph import Builder, Node
+from solvers.tape import Exact, Program
 
 
 class InvalidSystem(ValueError):

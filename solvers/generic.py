@@ -6,16 +6,16 @@ heights of all points above it and the lattice of its binomials. Worked out once
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solvers.binomial import Lattice, binomial_lattice
+from solvers.binomial import Lattice, binomial_lattices
 from solvers.mixed_cells import MixedCells
-from solvers.tape import Builder, Program
+from solvers.monomials import coefficient_program
+from solvers.tape import Program
 
 if TYPE_CHECKING:
     from solvers.kernel.engine import Engine
@@ -66,11 +66,7 @@ class Generic:
     @cached_property
     def lattices(self) -> list[Lattice]:
         """Of the binomials x^(b - a) = -c_a / c_b of each cell."""
-        supports = self.cells.supports
-        return [
-            binomial_lattice(np.array([support[b] - support[a] for support, (a, b) in zip(supports, edges)]))
-            for edges in self.cells.edges.tolist()
-        ]
+        return binomial_lattices(self.cells.steps, self.cells.volumes)
 
     @cached_property
     def inverses(self) -> np.ndarray:
@@ -90,8 +86,9 @@ class Generic:
         return self._turns(indices, self.cell_of(indices))
 
     def _turns(self, indices: np.ndarray, cell_of: np.ndarray) -> np.ndarray:
-        turns = np.empty((len(indices), len(self.cells.supports)))
-        for cell in np.unique(cell_of).tolist():
+        turns = np.zeros((len(indices), len(self.cells.supports)))
+        several = self.cells.volumes[cell_of] > 1
+        for cell in np.unique(cell_of[several]).tolist():
             here = cell_of == cell
             turns[here] = self.lattices[cell].turns(indices[here] - self.first[cell])
         return turns
@@ -103,16 +100,12 @@ class Generic:
     @cached_property
     def engine(self) -> Engine:
         """Tracks these systems while their coefficients move."""
-        from solvers.kernel.engine import make_engine
+        from solvers.kernel.engine import Engine
 
         program = self.program
-        builder = Builder(program.unknowns, program.parameters)
-        unknowns = [builder.unknown(k) for k in range(program.unknowns)]
-        parameters = [builder.parameter(k) for k in range(program.parameters)]
-        equations = program.embed(builder, unknowns, parameters)
         angles = np.random.default_rng(1995).random((4, program.unknowns + program.parameters))
         samples = np.exp(2j * np.pi * angles)
-        return make_engine(builder, equations, (samples[:, : program.unknowns], samples[:, program.unknowns :]))
+        return Engine(program, (samples[:, : program.unknowns], samples[:, program.unknowns :]))
 
 
 def heights_above(cells: MixedCells) -> np.ndarray:
@@ -128,12 +121,10 @@ def normals_and_heights(cells: MixedCells) -> tuple[np.ndarray, np.ndarray, np.n
     """The normals η of the cells, shape (cells, n), the heights above them in units of the lowest, and these units."""
     n = len(cells.supports)
     first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
-    steps = np.empty((len(cells), n, n))
     rise = np.empty((len(cells), n, 1))
-    for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
-        steps[:, i] = support[last[:, i]] - support[first[:, i]]
+    for i, lifting in enumerate(cells.liftings):
         rise[:, i, 0] = lifting[last[:, i]] - lifting[first[:, i]]
-    normals = -np.linalg.solve(steps, rise)[:, :, 0]
+    normals = -np.linalg.solve(cells.steps.astype(np.float64), rise)[:, :, 0]
     rows = []
     for i, (support, lifting) in enumerate(zip(cells.supports, cells.liftings)):
         level = lifting + normals @ support.T
@@ -146,23 +137,3 @@ def normals_and_heights(cells: MixedCells) -> tuple[np.ndarray, np.ndarray, np.n
     heights = heights / units[:, None]
     return normals, np.where(np.isfinite(heights), heights, 0.0), np.where(np.isfinite(units), units, 0.0)
 
-
-def coefficient_program(supports: Sequence[np.ndarray]) -> Program:
-    """The program of a system whose parameters are all its coefficients, equation after equation.
-
-    Monomials are built by multiplying one unknown at a time, so that equations share what they have in common.
-    """
-    n = len(supports)
-    builder = Builder(n, sum(map(len, supports)))
-    nodes, at = [], 0
-    for support in supports:
-        total = builder.zero
-        for exponents in support.tolist():
-            monomial = builder.one
-            for k, power in enumerate(exponents):
-                if power:
-                    monomial = builder.multiply(monomial, builder.power(builder.unknown(k), power))
-            total = builder.add(total, builder.multiply(builder.parameter(at), monomial))
-            at += 1
-        nodes.append(total)
-    return builder.finish({"F": nodes})

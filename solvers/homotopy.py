@@ -14,7 +14,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from solvers.tape import Builder, Program
+from solvers.graph import Builder
+from solvers.tape import Program
 
 #: Start points at which the order of elimination must be safe.
 STARTS_SAMPLED = 4
@@ -54,7 +55,7 @@ class Homotopy:
     Attributes
     ----------
     program : Program
-        Output "F" only: the equations H(x; q).
+        Output "F": the equations H(x; q). If there are "J" and "Ft" as well, they need not be worked out.
     start, target : ndarray, shape (parameters,)
     starts : StartPoints
         Solutions at `start`.

@@ -119,7 +119,7 @@ def climb(
     for name, track in rungs:
         rows = tried = doubtful(ends, complete)
         if not rows.size:
-            break
+            return used
         while rows.size:
             used[name] = used.get(name, 0) + len(rows)
             if report is not None:

@@ -7,6 +7,9 @@ recapture, Lincoln and Petersen).
 
 Loops through two places lie in one complex line of parameters, and roots may hardly ever change places there. A
 *detour* leads through a third place, the less like the two the longer the legs have met nothing new.
+
+While roots are still being found a lost path is let go. When legs meet nothing new it goes up a ladder of more careful
+ways: roots so ill-conditioned that double precision never confirms them are lost on every leg.
 """
 
 from __future__ import annotations
@@ -111,6 +114,8 @@ class Search:
         seen = recaptured + new
         estimate = before * seen / recaptured if recaptured else np.inf
         self.history.append(Leg(len(points), len(ends), new, len(b.roots), float(max(estimate, len(b.roots)))))
+        last = self.history[-QUIET_LEGS:]
+        self.ladder = self.ladder or (len(last) == QUIET_LEGS and not any(leg.new for leg in last))
         return self.history[-1]
 
 

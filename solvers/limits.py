@@ -21,6 +21,9 @@ from solvers.tape import Program
 AGREE = 1e-7
 #: How far out a direction is tried, and how well the highest terms must cancel there, relative.
 FAR, HIGHEST_TERMS = 1e13, 1e-6
+#: The constant part of 1/x_j^p that rounding leaves: 1e-15 to 1e-10. A root that is not at infinity leaves its distance
+#: from there beside that of the loop, 1e-5 where it is of size 1e7.
+VANISHES = 1e-8
 #: A root whose Jacobian has a scaled condition number above this is no regular root.
 SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
@@ -135,3 +138,44 @@ class Target:
         F, _ = evaluate(self.program, far, self.parameters)
         residual = np.abs(F) / magnitudes(self.program, far, self.parameters)
         return np.asarray(residual.max(axis=1, initial=0.0) < HIGHEST_TERMS)
+
+
+def constant_part(
+    walked: list[tuple[np.ndarray, np.ndarray]], exponents: np.ndarray, turns: np.ndarray, corners: int
+) -> np.ndarray:
+    """How far growing coordinates are from a pole at r = 0, as loops round it show.
+
+    x_j ~ r^(−k/m) has a power p = m/gcd(k, m) without a branch, and 1/x_j^p is analytic round r = 0 with a zero of
+    order q = pk/m there. If it vanishes at −ε instead, (r + ε)^q leaves qε r^(q−1): what the mean over the loop of
+    r^(1−q) / x_j^p leaves beside its modulus, is returned: qε beside the radius.
+
+    Parameters
+    ----------
+    walked : list of (rows, points)
+        The rows that came to each corner, and where they were, shape (rows, unknowns). The last corner of a turn lies
+        where it began.
+    exponents : ndarray, shape (n, unknowns)
+    turns : ndarray, shape (n,)
+        Turns until each path was back; 0 if it never was.
+    corners : int
+        Of one turn.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The largest of all coordinates; not a number where there were no turns.
+    """
+    far = np.full(len(turns), np.nan)
+    for m in np.unique(turns[turns > 0]).tolist():
+        rows = np.flatnonzero(turns == m)
+        chosen = np.zeros(len(turns), bool)
+        chosen[rows] = True
+        path = np.stack([x[chosen[active]] for active, x in walked[: corners * m]])
+        order = np.maximum(np.rint(-exponents[rows] * m), 0).astype(np.int64)
+        power = m // np.gcd(order, m)
+        back = np.exp(-2j * np.pi * np.arange(1, len(path) + 1) / corners)[:, None, None] ** (order * power // m - 1)
+        with np.errstate(all="ignore"):
+            powers = (np.abs(path).min(axis=0) / path) ** power
+            share = np.abs((powers * back).mean(axis=0)) / np.abs(powers).mean(axis=0)
+        far[rows] = np.where(order > 0, share, 0.0).max(axis=1)
+    return far

@@ -29,8 +29,11 @@ from solvers.mixed_cell_walk import TIED, TOO_LARGE, TOO_LONG, adjugate, push, w
 #: Bits of the random liftings. Two walls meet with probability about 2^-bits for each pair of walls compared.
 _LIFTING_BITS = 26
 #: Up to so many unknowns the plain version is faster than loading the compiled one: half a second in a fresh
-#: process, some milliseconds where the tracker's kernel has set numba to work already.
-SMALL_SYSTEM, TINY_SYSTEM = 8, 4
+#: process, ten milliseconds where the tracker's kernel has set numba to work already.
+SMALL_SYSTEM, TINY_SYSTEM = 8, 2
+#: Determinants of matrices so small, by Hadamard's bound, come out of an elimination in double precision with an error
+#: below n² 2^(n-1) 2^-53 times the bound, a hundredth.
+SMALL_MATRIX, SMALL_VOLUME = 12, 2**28
 #: Liftings tried before giving up.
 _ATTEMPTS = 20
 
@@ -64,6 +67,11 @@ class MixedCells:
     edges: np.ndarray
     volumes: np.ndarray
     fade: float = 0.0
+
+    @property
+    def steps(self) -> np.ndarray:
+        """From the first to the second point of each edge, shape (cells, n, n)."""
+        return _steps(self.supports, self.edges)
 
     @property
     def mixed_volume(self) -> int:
@@ -160,7 +168,15 @@ def _checked(supports: Sequence[Any]) -> list[np.ndarray]:
             raise ValueError(f"support {i} has the shape {array.shape}; {n} supports need {n} columns each")
         if not np.issubdtype(array.dtype, np.integer):
             raise ValueError(f"support {i} holds numbers that are not integers")
-    return [np.unique(array.astype(np.int64), axis=0) for array in points]
+    return [_sorted(array.astype(np.int64)) for array in points]
+
+
+def _sorted(rows: np.ndarray) -> np.ndarray:
+    """Distinct rows in increasing order."""
+    rows = rows[np.lexsort(rows.T[::-1])]
+    new = np.ones(len(rows), bool)
+    new[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return rows[new]
 
 
 def _order(points: list[np.ndarray]) -> list[int]:
@@ -257,12 +273,21 @@ def _compiled() -> Any:
     return numba.njit(cache=True, error_model="numpy")(walk)
 
 
+def _steps(points: Sequence[np.ndarray], edges: np.ndarray) -> np.ndarray:
+    n = len(points)
+    steps = [p[b] - p[a] for p, (a, b) in zip(points, edges.transpose(1, 2, 0))]
+    return np.array(steps, np.int64).reshape(n, -1, n).transpose(1, 0, 2)
+
+
 def _volumes(points: list[np.ndarray], edges: np.ndarray) -> np.ndarray:
     import flint
 
     n = len(points)
-    steps = np.stack([p[edges[:, i, 1]] - p[edges[:, i, 0]] for i, p in enumerate(points)], axis=1)
+    steps = _steps(points, edges)
     volumes = np.empty(len(edges), object)
+    if n <= SMALL_MATRIX and np.linalg.norm(steps, axis=2).prod(axis=1).max(initial=0) < SMALL_VOLUME:
+        volumes[:] = [abs(round(v)) for v in np.linalg.det(steps).tolist()]
+        return volumes
     for k, matrix in enumerate(steps.reshape(len(edges), n * n).tolist()):
         volumes[k] = abs(int(flint.fmpz_mat(n, n, matrix).det()))
     return volumes

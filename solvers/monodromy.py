@@ -148,7 +148,8 @@ def _loop_until_complete(
     quiet, paths, tests, test = 0, 0, 0, None
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
-        leg = search.leg(source, detour_of(quiet))
+        detour = detour_of(quiet)
+        leg = search.leg(source, detour + 2 * tests if detour else 0)  # after a failed test detours lead farther
         memory.keep()
         sizes = [len(node.roots) for node in search.nodes]
         if progress is not None:
@@ -179,6 +180,7 @@ def _loop_until_complete(
         if len(test.extra):  # roots that the loops have missed are no reason to give up
             extra = test.extra if search.group is None else search.group.representatives(test.extra, node.parameters)
             node.roots.add(extra)
+            search.ladder = True  # it needs more care to keep them
             continue
         tests += 1
         if test.passed or tests == MOST_TESTS:

@@ -16,7 +16,8 @@ from math import inf, prod
 
 import numpy as np
 
-from solvers.system import PRIME, System, _degree_bounds, _replay_modular
+from solvers.degrees import PRIME, degree_bounds, replay_modular
+from solvers.system import System
 
 #: How many partitions there are of 0, 1, 2, … unknowns (Bell's numbers), and steps that one costs per unknown.
 BELL = (1, 1, 2, 5, 15, 52, 203, 877, 4140)
@@ -259,7 +260,7 @@ def _degrees_in_many(system: System, members: np.ndarray) -> np.ndarray:
     """
     program = system.program
     groups = len(members)
-    samples = max(_degree_bounds(program, set(range(program.unknowns))), default=0) + 1
+    samples = max(degree_bounds(program, set(range(program.unknowns))), default=0) + 1
     rng = np.random.default_rng(20)
     nodes = np.arange(1, samples + 1, dtype=np.int64)
     inputs = []
@@ -267,7 +268,7 @@ def _degrees_in_many(system: System, members: np.ndarray) -> np.ndarray:
         base, slope = int(rng.integers(1, PRIME)), int(rng.integers(1, PRIME))
         moving = members[:, k] if k < program.unknowns else np.zeros(groups, np.int64)
         inputs.append(((base + slope * nodes[None, :] * moving[:, None]) % PRIME).ravel())
-    values = _replay_modular(program, inputs, groups * samples)
+    values = replay_modular(program, inputs, groups * samples)
     inverses = [0] + [pow(k, -1, PRIME) for k in range(1, samples)]
     degrees = np.empty((len(values), groups), np.int64)
     for i, value in enumerate(values):

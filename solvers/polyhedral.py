@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -240,12 +239,10 @@ def scaled_terms(
     expanded = terms(system, values, limit)
     supports, rows = [], []
     for i, (support, row) in enumerate(zip(expanded.supports, expanded.coefficients)):
-        table: dict[tuple[int, ...], Any] = dict(zip(map(tuple, support.tolist()), row.tolist()))
-        if zeros:
-            table.setdefault((0,) * len(system.unknowns), 0.0)
-        keys = sorted(table)
-        exponents = np.array(keys, np.int64).reshape(len(keys), len(system.unknowns))
-        coefficients = np.array([table[key] for key in keys], np.complex128)
+        exponents, coefficients = support[::-1], row[::-1]
+        if zeros and not (len(support) and not support[-1].any()):
+            exponents = np.concatenate([np.zeros((1, support.shape[1]), np.int64), exponents])
+            coefficients = np.concatenate([[0.0], coefficients])
         if unknown_scale is not None:
             coefficients = coefficients * np.prod(np.asarray(unknown_scale) ** exponents, axis=1)
         if equation_scale is not None:

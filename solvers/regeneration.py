@@ -24,12 +24,13 @@ from typing import Any
 import numpy as np
 
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
+from solvers.graph import Builder, Node
 from solvers.homotopy import Homotopy, Listed
 from solvers.points import PointSet
 from solvers.simple_ends import simple_ends
 from solvers.start import START_VANISHES
 from solvers.system import System
-from solvers.tape import Builder, Node, Program
+from solvers.tape import Program
 from solvers.tracking import Run, track_all
 
 __all__ = ["Blocks", "Cell", "regenerate"]

@@ -26,7 +26,7 @@ def values(program: Program, points: np.ndarray, parameters: np.ndarray, names: 
 
     Examples
     --------
-    >>> from solvers.tape import Builder
+    >>> from solvers.graph import Builder
     >>> b = Builder(1, 1)
     >>> program = b.finish({"F": [b.sub(b.square(b.unknown(0)), b.parameter(0))]})
     >>> values(program, np.array([[3.0], [4.0]]), np.array([9.0])).tolist()

@@ -62,25 +62,20 @@ def scales_of_terms(expanded: Terms) -> Scales:
     """Scales by least squares on the logarithms of the coefficients."""
     rows = len(expanded.supports)
     columns = expanded.supports[0].shape[1] if rows else 0
-    blocks, sides = [], []
-    for i, (support, values) in enumerate(zip(expanded.supports, expanded.coefficients)):
-        keep = np.abs(values) > 0
-        exponents, size = support[keep].astype(float), np.log2(np.abs(values[keep]))
-        if not len(size):
-            continue
-        own = np.zeros((len(size), rows))
-        own[:, i] = 1.0
-        # Small coefficients, weight by equation, so that an equation of many terms counts no more than another.
-        weight = 1 / np.sqrt(len(size))
-        blocks.append(weight * np.hstack([exponents, own]))
-        sides.append(-weight * size)
-        # Equal coefficients within the equation: deviations from their mean.
-        spread = exponents - exponents.mean(axis=0)
-        blocks.append(weight * np.hstack([spread, np.zeros_like(own)]))
-        sides.append(-weight * (size - size.mean()))
-    blocks.append(INERTIA * np.eye(columns + rows))
-    sides.append(np.zeros(columns + rows))
-    solution = np.linalg.lstsq(np.vstack(blocks), np.concatenate(sides), rcond=None)[0]
+    values = np.concatenate([np.zeros(0), *expanded.coefficients])
+    keep = np.abs(values) > 0
+    size = np.log2(np.abs(values[keep]))
+    exponents = np.concatenate([np.zeros((0, columns)), *expanded.supports])[keep]
+    own = np.repeat(np.eye(rows), [len(support) for support in expanded.supports], axis=0)[keep]
+    # Small coefficients, weight by equation, so that an equation of many terms counts no more than another …
+    counts = np.maximum(own.sum(axis=0), 1)
+    weight = (own @ counts**-0.5)[:, None]
+    small = weight * np.hstack([exponents, own, size[:, None]])
+    # … and equal coefficients within the equation: deviations from their mean.
+    mean = own.T @ np.hstack([exponents, size[:, None]]) / counts[:, None]
+    equal = small - weight * np.hstack([own @ mean[:, :-1], own, own @ mean[:, -1:]])
+    normal = small.T @ small + equal.T @ equal
+    solution = np.linalg.solve(normal[:-1, :-1] + INERTIA**2 * np.eye(columns + rows), -normal[:-1, -1])
     powers = np.asarray(np.clip(np.round(solution), -LARGEST_EXPONENT, LARGEST_EXPONENT), np.float64)
     unknowns = np.exp2(powers[:columns])
     equations = np.exp2(powers[columns:])

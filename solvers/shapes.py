@@ -13,13 +13,16 @@ from typing import Any
 import numpy as np
 
 from solvers.from_sympy import InvalidSystem
+from solvers.graph import Builder
+from solvers.supports import TooManyTerms, terms
 from solvers.system import System, evaluate
-from solvers.tape import Builder
 
 #: A point is a root of an equation if the equation's zero set is nearer than this, relative to the point.
 NEAR = 1e-6
 #: Singular values below this, relative to the largest, do not count towards the rank at a random point.
 RANK = 1e-9
+#: Equations with more terms than this in one of them are evaluated as they stand, not multiplied out.
+FEW_TERMS = 5_000
 #: Random points at which ranks and values are looked at: one bad point does not matter.
 _POINTS = 3
 
@@ -60,7 +63,8 @@ def check_shape(system: System, values: np.ndarray) -> None:
             f"{rows} equation{'s' * (rows > 1)} for {columns} unknowns leave a whole set of solutions, of "
             f"dimension {columns - rows} or more: add equations, or make unknowns parameters"
         )
-    rank = min(int(np.linalg.matrix_rank(jacobian, RANK * np.abs(jacobian).max())) for jacobian in _normalised(J))
+    values = np.linalg.svd(_normalised(J), compute_uv=False)  # the largest entries of the matrices are one
+    rank = int((values > RANK).sum(axis=1).min())
     if rank < columns:
         _check_multiples(F, J)
         raise InvalidSystem(
@@ -74,7 +78,10 @@ def _random_values(system: System, values: np.ndarray) -> tuple[np.ndarray, np.n
     shape = (_POINTS, len(system.unknowns))
     points = rng.normal(size=shape) + 1j * rng.normal(size=shape)
     with np.errstate(all="ignore"):
-        F, J = evaluate(system.jacobian_program, points, values)
+        try:
+            F, J = terms(system, values, limit=FEW_TERMS).evaluate(points)  # most solves need them anyway
+        except (TooManyTerms, ZeroDivisionError):
+            F, J = evaluate(system.jacobian_program, points, values)
     if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
         bad = int(np.flatnonzero(~np.isfinite(F).all(axis=0) | ~np.isfinite(J).all(axis=(0, 2)))[0])
         raise InvalidSystem(f"equation {bad} is not finite at the given parameters: it divides by zero or overflows")

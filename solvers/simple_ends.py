@@ -25,6 +25,9 @@ BITS = 256
 #: An end whose balanced Jacobian has a larger condition number is singular: simple roots of nine-point problems had up
 #: to 8e12, ends on curves and surfaces of roots 3e15 and more.
 SINGULAR_FOR_SURE = 1e14
+#: A coordinate beside this part of the largest one is the rounding error of a zero: ends on curves where some unknowns
+#: vanish have such, and balancing would make rows of nothing but them as good as any.
+NOTHING = 1e-19
 #: Rounds of balancing: each halves the logarithms of what is left to do.
 ROUNDS = 40
 
@@ -83,7 +86,9 @@ def simple_ends(system: System, points: np.ndarray, values: np.ndarray) -> tuple
     """Which of some points are proved to be simple roots, (n,), and these roots, (k, unknowns)."""
     likely = np.zeros(len(points), bool)
     if len(points):
-        likely = balanced_condition(system.evaluate(points, values)[1]) < SINGULAR_FOR_SURE
+        size = np.abs(points)
+        cleaned = np.where(size > NOTHING * size.max(axis=1, keepdims=True), points, 0.0)
+        likely = balanced_condition(system.evaluate(cleaned, values)[1]) < SINGULAR_FOR_SURE
     if not likely.any():
         return likely, points[:0]
     proof = certify(system, points[likely], values, max_bits=BITS)
@@ -113,4 +118,4 @@ def balanced_condition(matrices: np.ndarray) -> np.ndarray:
                 largest = np.abs(matrices).max(axis=axis, keepdims=True)
                 matrices = matrices / np.sqrt(np.where(largest > 0, largest, 1.0))
         values = np.linalg.svd(matrices, compute_uv=False)
-        return values[:, 0] / values[:, -1]
+        return np.where(values[:, -1] > 0, values[:, 0] / values[:, -1], np.inf)

@@ -77,10 +77,9 @@ def _directions(cells: MixedCells, far: list[np.ndarray]) -> tuple[np.ndarray, b
     """
     n = len(cells.supports)
     first, last = cells.edges[:, :, 0], cells.edges[:, :, 1]
-    steps = np.stack([s[last[:, i]] - s[first[:, i]] for i, s in enumerate(cells.supports)], axis=1)
     rise = np.stack([1.0 * mask[last[:, i]] - mask[first[:, i]] for i, mask in enumerate(far)], axis=1)
     volumes = cells.volumes.astype(float)
-    directions = np.rint(-np.linalg.solve(steps.astype(float), rise[:, :, None])[:, :, 0] * volumes[:, None])
+    directions = np.rint(-np.linalg.solve(cells.steps.astype(float), rise[:, :, None])[:, :, 0] * volumes[:, None])
     here, sound = np.arange(len(cells)), True
     for i in range(n):
         level = volumes[:, None] * far[i] + directions @ cells.supports[i].T

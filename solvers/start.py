@@ -8,14 +8,20 @@ the paths apart on the way with probability one (Morgan and Sommese, *Appl. Math
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from math import prod
 
 import numpy as np
 
+from solvers.graph import Builder
 from solvers.homotopy import Homotopy
+from solvers.monomials import blended_program
+from solvers.supports import TooManyTerms, terms
 from solvers.system import System
-from solvers.tape import Builder, Program
+from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, SQR, SUB, Exact, Program
 
+#: Equations with more terms than this are not multiplied out to see whether they are no longer then.
+FEW_TERMS = 5_000
 #: Close to the target the start system is what is left, with a factor r that keeps all its digits: double precision
 #: follows a path to radii as small as roots of size a million with tenfold windings ask for.
 START_VANISHES = 1e-22
@@ -66,9 +72,14 @@ def total_degree(
     scaled = unknown_scale is not None
     gamma = random_gammas(size, seed)
     weights = np.ones(size) if equation_scale is None else equation_scale
-    still = values if unknown_scale is None else np.concatenate([values, unknown_scale])
+    key = None if unknown_scale is None else unknown_scale.tobytes()
+    still = np.zeros(0)
+    program = system.once(("total degree of terms", key), lambda: _program_of_terms(system, unknown_scale))
+    if program is None:
+        program = system.once(("total degree", scaled), lambda: _program(system, scaled))
+        still = values if unknown_scale is None else np.concatenate([values, unknown_scale])
     return Homotopy(
-        program=system.once(("total degree", scaled), lambda: _program(system, scaled)),
+        program=program,
         start=np.concatenate([gamma, np.zeros(size), still]),
         target=np.concatenate([np.zeros(size), weights, still]),
         starts=RootsOfUnity(system.degrees),
@@ -78,6 +89,42 @@ def total_degree(
         smallest=START_VANISHES,
         seed=seed,
     )
+
+
+def _program_of_terms(system: System, unknown_scale: np.ndarray | None) -> Program | None:
+    """The program with scaled coefficients, if the system has no parameters and is as good when multiplied out."""
+    if system.parameters or min(system.degrees) < 1 or _multiplies_sums(system.program):
+        return None
+    try:
+        expanded = terms(system, limit=FEW_TERMS)
+    except TooManyTerms:
+        return None
+    if expanded.count > len(system.program.code):
+        return None
+    scale = np.ones(system.size[1]) if unknown_scale is None else unknown_scale
+    coefficients = []
+    for support, row in zip(expanded.supports, expanded.exact):
+        factors = np.prod(scale**support, axis=1)
+        if np.any(np.frexp(factors)[0] != 0.5):  # products are only exact if they are powers of two
+            return None
+        coefficients.append([value if f == 1 else _times(value, f) for value, f in zip(row, factors.tolist())])
+    return blended_program(expanded.supports, coefficients, system.degrees)
+
+
+def _multiplies_sums(program: Program) -> bool:
+    """Whether a product of sums is formed: near a root of one of them it is known better than its terms are."""
+    sums = [False] * program.inputs
+    for op, a, b, _ in program.code.tolist():
+        second = sums[b] and op in (MUL, FMA, FMS, FNMA)
+        if sums[a] and (second or op in (SQR, INV)):
+            return True
+        sums.append(sums[a] or second or op in (ADD, SUB, FMA, FMS, FNMA))
+    return False
+
+
+def _times(value: Exact, factor: float) -> Exact:
+    exact = Fraction(factor)
+    return value[0] * exact, value[1] * exact if value[1] else value[1]
 
 
 def _program(system: System, scaled: bool) -> Program:

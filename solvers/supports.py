@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from solvers.degrees import PRIME, residue
 from solvers.from_sympy import InvalidSystem
-from solvers.system import PRIME, System
-from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Exact, Program
+from solvers.system import System
+from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Exact, Program, rounded
 
 #: More terms than this in one product are refused: at 1e6 terms the mixed cells are out of reach anyway.
 TERM_LIMIT = 1_000_000
@@ -47,14 +48,24 @@ class Terms:
     @cached_property
     def coefficients(self) -> tuple[np.ndarray, ...]:
         """The coefficients rounded to complex128, one array of shape (terms,) for each equation."""
-        return tuple(
-            np.array([complex(float(re), float(im)) for re, im in row], dtype=np.complex128) for row in self.exact
-        )
+        return tuple(np.array([rounded(value) for value in row], dtype=np.complex128) for row in self.exact)
 
     @property
     def count(self) -> int:
         """The number of terms of all equations together."""
         return sum(len(support) for support in self.supports)
+
+    def evaluate(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (n, equations) and Jacobians (n, equations, unknowns) at points (n, unknowns) with no zeros.
+
+        >>> from sympy import symbols
+        >>> x, y = symbols("x y")
+        >>> [part.tolist() for part in terms(System([x**2 - y], [x, y])).evaluate(np.array([[3.0, 2.0]]))]
+        [[[(7+0j)]], [[[(6+0j), (-1+0j)]]]]
+        """
+        values = [np.prod(points[:, None, :] ** s, axis=2) * row for s, row in zip(self.supports, self.coefficients)]
+        slopes = [value @ s for s, value in zip(self.supports, values)]
+        return np.stack([v.sum(axis=1) for v in values], axis=1), np.stack(slopes, axis=1) / points[:, None, :]
 
     def __repr__(self) -> str:
         return f"Terms({'+'.join(str(len(s)) for s in self.supports)} terms)"
@@ -103,25 +114,23 @@ def _terms(system: System, values: np.ndarray, limit: int) -> Terms:
     count = len(system.unknowns)
     ring = flint.fmpq_mpoly_ctx.get(_names(count), flint.Ordering.lex)
 
-    def lift(value: Exact) -> Any:
-        parts = [ring.constant(flint.fmpq(p.numerator, p.denominator)) for p in value]
-        return _Gaussian(parts[0], parts[1])
+    def part(value: Fraction) -> Any:
+        return ring.constant(flint.fmpq(value.numerator, value.denominator))
 
-    generators = [_Gaussian(g, ring.constant(0)) for g in ring.gens()]
-    rows = _expand(system.program, generators, [lift(v) for v in numbers], lift, limit)
+    def lift(value: Exact) -> Any:
+        return _Gaussian(part(value[0]), part(value[1]))
+
+    generators: list[Any] = list(ring.gens())
+    if not any(im for _, im in (*numbers, *system.program.constants)):
+        rows = _expand(system.program, generators, [part(re) for re, _ in numbers], lambda v: part(v[0]), limit)
+        rows = [_Gaussian(row, ring.constant(0)) for row in rows]
+    else:
+        generators = [_Gaussian(g, ring.constant(0)) for g in generators]
+        rows = _expand(system.program, generators, [lift(v) for v in numbers], lift, limit)
     if max(map(len, rows), default=0) > limit:
         raise TooManyTerms(_too_many(limit))
-    supports, coefficients = [], []
-    for row in rows:
-        table: dict[tuple[int, ...], list[Fraction]] = {}
-        for place, part in enumerate((row.re, row.im)):
-            for monomial, value in zip(part.monoms(), part.coeffs()):
-                pair = table.setdefault(tuple(map(int, monomial)), [Fraction(0), Fraction(0)])
-                pair[place] = Fraction(int(value.p), int(value.q))
-        keys = sorted(table, reverse=True)
-        supports.append(np.array(keys, dtype=np.int64).reshape(-1, count))
-        coefficients.append(tuple((table[k][0], table[k][1]) for k in keys))
-    return Terms(tuple(supports), tuple(coefficients))
+    supports, coefficients = zip(*(row.terms(count) for row in rows)) if rows else ((), ())
+    return Terms(supports, coefficients)
 
 
 def generic_supports(system: System, limit: int = TERM_LIMIT) -> tuple[np.ndarray, ...]:
@@ -137,14 +146,12 @@ def generic_supports(system: System, limit: int = TERM_LIMIT) -> tuple[np.ndarra
     """
     import flint
 
-    from solvers.system import _residue
-
     rng = np.random.default_rng(_GENERIC_SEED)
     count = len(system.unknowns)
     ring = flint.nmod_mpoly_ctx.get(_names(count), PRIME, flint.Ordering.lex)  # type: ignore[call-arg, arg-type]
 
     def lift(value: Exact) -> Any:
-        return ring.constant(_residue(value))
+        return ring.constant(residue(value))
 
     parameters = [ring.constant(int(rng.integers(1, PRIME))) for _ in system.parameters]
     rows = _expand(system.program, list(ring.gens()), parameters, lift, limit)
@@ -190,9 +197,22 @@ class _Gaussian:
             self.re * other.im + self.im * other.re,
         )
 
+    def terms(self, unknowns: int) -> tuple[np.ndarray, tuple[Exact, ...]]:
+        """Exponents in decreasing order, and coefficients."""
+        parts = [dict(zip(part.monoms(), map(_fraction, part.coeffs()))) for part in (self.re, self.im)]
+        zero = Fraction(0)
+        # Polynomials keep their terms in this order themselves.
+        keys = sorted({**parts[0], **parts[1]}, reverse=True) if parts[1] else list(parts[0])
+        values = tuple((parts[0].get(key, zero), parts[1].get(key, zero)) for key in keys)
+        return np.array(keys, dtype=np.int64).reshape(-1, unknowns), values
+
     def inverse(self) -> _Gaussian:
         norm = self.re * self.re + self.im * self.im
         return _Gaussian(self.re / norm, -self.im / norm)
+
+
+def _fraction(value: Any) -> Fraction:
+    return Fraction(int(value.p), int(value.q))
 
 
 def _names(count: int) -> tuple[str, ...]:
@@ -206,30 +226,35 @@ def _expand(program: Program, unknowns: list[Any], parameters: list[Any], lift: 
     each time. So a slot may hold a list of summands, which is added up as a balanced tree when it is needed.
     """
     outputs = program.outputs["F"].tolist()
-    zero = lift((Fraction(0), Fraction(0)))
+    zero, one = lift((Fraction(0), Fraction(0))), lift((Fraction(1), Fraction(0)))
     slots: list[Any] = [*unknowns, *parameters, *[zero] * len(parameters)]
     slots += [lift(value) for value in program.constants]
     uses = _uses(program, outputs)
 
     def value(slot: int) -> Any:
         held = slots[slot]
-        if isinstance(held, list):
+        if type(held) is list:
             held = slots[slot] = _tree_sum(held)
         return held
 
     def summands(slot: int) -> list[Any]:
         held = slots[slot]
-        if isinstance(held, list) and uses[slot] == 1:
+        if type(held) is not list:
+            return [held]
+        if uses[slot] == 1:
             slots[slot] = None
             return held
         return [value(slot)]
 
     def product(a: int, b: int) -> Any:
-        left, right = value(a), value(b)
-        if len(left) * len(right) > 50 * limit:
+        left, right = slots[a], slots[b]
+        if type(left) is list or type(right) is list:
+            left, right = value(a), value(b)
+        most = len(left) * len(right)
+        if most > 50 * limit:
             raise TooManyTerms(_too_many(limit))
         result = left * right
-        if len(result) > limit:
+        if most > limit and len(result) > limit:
             raise TooManyTerms(_too_many(limit))
         return result
 
@@ -240,7 +265,7 @@ def _expand(program: Program, unknowns: list[Any], parameters: list[Any], lift: 
             result = -value(a)
         elif op == INV:
             held = value(a)
-            result = held.inverse() if isinstance(held, _Gaussian) else 1 / held
+            result = held.inverse() if isinstance(held, _Gaussian) else one / held
         elif op == ADD:
             first, second = summands(a), summands(b)
             if len(first) < len(second):

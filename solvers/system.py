@@ -14,12 +14,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from solvers.degrees import degrees
 from solvers.from_sympy import InvalidSystem, program_from_sympy
+from solvers.graph import Builder, Node
 from solvers.replay import values
-from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Builder, Exact, Node, Program
+from solvers.tape import Program
 
-#: The prime of the field in which degrees are measured; a product of two residues fits into an int64.
-PRIME = 2_147_483_629
 #: Things that a system remembers having been worked out from it; those not asked for longest are forgotten first.
 REMEMBERED = 16
 
@@ -114,8 +114,7 @@ class System:
         `groups` lists indices of unknowns. The parameters are generic. Degrees are measured over a prime field
         on a random line through a random point: wrong with probability below degree / 2^31.
         """
-        bounds = [_degree_bounds(self.program, set(group)) for group in groups]
-        return np.array([_true_degrees(self.program, list(g), b) for g, b in zip(groups, bounds)])
+        return np.array([degrees(self.program, group) for group in groups])
 
     @cached_property
     def bezout(self) -> int:
@@ -246,96 +245,3 @@ def _checked_groups(groups: Any, unknowns: Sequence[Any]) -> tuple[tuple[int, ..
     if sorted(k for group in indices for k in group) != list(range(len(unknowns))):
         raise InvalidSystem("the groups must hold every unknown exactly once")
     return indices
-
-
-def _degree_bounds(program: Program, group: set[int]) -> list[int]:
-    """Upper bounds by the rules for sums and products."""
-    degree = [1 if k in group else 0 for k in range(program.unknowns)]
-    degree += [0] * (program.inputs - program.unknowns)
-    for op, a, b, c in program.code.tolist():
-        if op in (ADD, SUB):
-            degree.append(max(degree[a], degree[b]))
-        elif op == MUL:
-            degree.append(degree[a] + degree[b])
-        elif op == SQR:
-            degree.append(2 * degree[a])
-        elif op == NEG:
-            degree.append(degree[a])
-        elif op == INV:
-            degree.append(0)
-        else:  # FMA, FMS, FNMA
-            degree.append(max(degree[a] + degree[b], degree[c]))
-    return [degree[k] for k in program.outputs["F"]]
-
-
-def _true_degrees(program: Program, group: list[int], bounds: list[int]) -> list[int]:
-    """Degrees along a random line over the prime field, by divided differences on as many points as needed."""
-    rng = np.random.default_rng(20)
-    count = max(bounds, default=0) + 1
-    nodes = np.arange(1, count + 1, dtype=np.int64)
-    inputs = []
-    for k in range(program.unknowns + 2 * program.parameters):
-        base = int(rng.integers(1, PRIME))
-        slope = int(rng.integers(1, PRIME)) if k in group else 0
-        inputs.append((base + slope * nodes) % PRIME)
-    values = _replay_modular(program, inputs, count)
-    return [_degree_from_samples(nodes, value[: bound + 1]) for value, bound in zip(values, bounds)]
-
-
-def _degree_from_samples(nodes: np.ndarray, values: np.ndarray) -> int:
-    """Degree of the polynomial through (nodes, values) over the prime field; -1 for the zero polynomial."""
-    table = [int(v) for v in values]
-    coefficients = []
-    for order in range(len(table)):
-        coefficients.append(table[0])
-        step = [
-            (table[k + 1] - table[k]) * pow(int(nodes[k + order + 1] - nodes[k]), -1, PRIME) % PRIME
-            for k in range(len(table) - 1)
-        ]
-        table = step
-    nonzero = [order for order, value in enumerate(coefficients) if value]
-    return max(nonzero, default=-1)
-
-
-def _residue(value: Exact) -> int:
-    """A constant in the prime field; the imaginary unit becomes a fixed square root of -1 or a generic number."""
-    re, im = (v.numerator * pow(v.denominator, -1, PRIME) for v in value)
-    return (re + im * _IMAGINARY) % PRIME
-
-
-def _square_root_of_minus_one() -> int:
-    for base in range(2, 100):
-        root = pow(base, (PRIME - 1) // 4, PRIME)
-        if root * root % PRIME == PRIME - 1:
-            return root
-    raise ArithmeticError("the prime has no square root of -1")
-
-
-#: PRIME = 1 mod 4, so the field holds an imaginary unit.
-_IMAGINARY = _square_root_of_minus_one()
-
-
-def _replay_modular(program: Program, inputs: list[np.ndarray], count: int) -> list[np.ndarray]:
-    slots = list(inputs)
-    slots += [np.full(count, _residue(value), np.int64) for value in program.constants]
-    for op, a, b, c in program.code.tolist():
-        if op == ADD:
-            value = slots[a] + slots[b]
-        elif op == SUB:
-            value = slots[a] - slots[b]
-        elif op == NEG:
-            value = -slots[a]
-        elif op == INV:
-            value = np.array([pow(int(v), -1, PRIME) if v else 0 for v in slots[a]], np.int64)
-        elif op == SQR:
-            value = slots[a] * slots[a]
-        else:
-            value = slots[a] * slots[b]
-            if op == FMA:
-                value = value % PRIME + slots[c]
-            elif op == FMS:
-                value = value % PRIME - slots[c]
-            elif op == FNMA:
-                value = slots[c] - value % PRIME
-        slots.append(value % PRIME)
-    return [slots[k] for k in program.outputs["F"]]

@@ -6,14 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from solvers.arithmetic import double_double
+from solvers.arithmetic.double_double import DoubleDouble
 from solvers.carry import carry, carry_each, random_bend
 from solvers.from_sympy import program_from_sympy
+from solvers.graph import Builder
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.legs import gaussian, sizes
 from solvers.points import SAME, Group, PointSet, pairs_of_equals
+from solvers.refine import newton_double_double
 from solvers.system import System
-from solvers.tape import Builder
 from solvers.tracking import engine_of
 
 #: With no more roots than this u is a random combination of all unknowns: the extra points cost little then.
@@ -67,6 +70,7 @@ class Curve:
         self.speed[-1] = 0.3 * self._hyperbola()[2]
         self.moved = f"all parameters moved, u = {name}"
         self.typical = float(np.abs(self.start).max())
+        self.program = program
         self.engine: Engine = engine_of(parameter_homotopy(program, self.origin, self.base, self.start))
 
     def lift(self, symmetry: Any) -> Any:
@@ -131,25 +135,56 @@ class Curve:
         whole = len(ends) == len(points) and len(np.unique(found[found >= 0])) == len(given)
         return whole and bool(np.all(found >= 0)), back[found < 0, :-1]
 
-    def residual(self, points: np.ndarray, group: Group | None, jobs: int) -> float:
-        """Second differences of the sums of u, t and ut as s moves, beside those of single points."""
-        paired, sums = [self._heights(points)], [self._heights(points).sum(axis=1)]
+    def residual(self, points: np.ndarray, group: Group | None, jobs: int, enough: float) -> float:
+        """Second differences of the sums of u, t and ut as s moves, beside those of single points.
+
+        What is below `enough` in double precision is found again in double-double: a root that hardly moves leaves a
+        defect smaller than the rounding errors of those that move far.
+        """
+        paired, fibres = [self._heights(points)], [points]
         for k in (1, 2):
-            target = self.base + k * self.speed
-            straight, known = self.move_all(points, target, group, jobs)
+            straight, known = self.move_all(points, self.base + k * self.speed, group, jobs)
             paired.append(self._heights(straight))
             if len(known) != len(points):
                 return float("inf")
-            sums.append(self._heights(known).sum(axis=1))
+            fibres.append(known)
         second = paired[0] - 2 * paired[1] + paired[2]
-        size = np.sqrt(np.nansum(np.abs(second) ** 2, axis=1))
-        defect = np.abs(sums[0] - 2 * sums[1] + sums[2])
-        return float((defect / np.maximum(size, 1e-300)).max())
+        size = np.maximum(np.sqrt(np.nansum(np.abs(second) ** 2, axis=1)), 1e-300)
+        sums = [self._heights(known).sum(axis=1) for known in fibres]
+        residual = float((np.abs(sums[0] - 2 * sums[1] + sums[2]) / size).max())
+        if residual >= enough:
+            return residual
+        exact = [self._exact_sums(known, k) for k, known in enumerate(fibres)]
+        return max(float(abs(complex(a - b - b + c)) / part) for a, b, c, part in zip(*exact, size))
+
+    def _exact_sums(self, points: np.ndarray, k: int) -> list[DoubleDouble]:
+        """Sums of u, t and ut over points where s has made k steps, in double-double."""
+        place = DoubleDouble(self.base) + DoubleDouble(k * self.speed)
+        x, _ = newton_double_double(self.program, self.engine.program, DoubleDouble(points), place)
+        t = x[:, -1]
+        if self.u_of is None:
+            weighted = x[:, : len(self.weights)] * DoubleDouble(self.weights)
+            u = _total(DoubleDouble(weighted.hi.T, weighted.lo.T))
+        else:
+            own = x[:, : self.u_of.parameters]
+            u = double_double.replay(self.u_of, DoubleDouble(np.zeros((len(points), 0))), own)["F"][:, 0]
+        return [_total(part) for part in (u, t, u * t)]
 
     def _heights(self, points: np.ndarray) -> np.ndarray:
         """u, t and ut, shape (3, n)."""
         u, t = self.u(points), points[:, -1]
         return np.stack([u, t, u * t])
+
+
+def _total(values: DoubleDouble) -> DoubleDouble:
+    """The sum along the first axis, by halves."""
+    hi, lo = values.hi, values.lo
+    while len(hi) > 1:
+        half = len(hi) // 2
+        odd = DoubleDouble(hi[2 * half :], lo[2 * half :])
+        both = DoubleDouble(hi[:half], lo[:half]) + DoubleDouble(hi[half : 2 * half], lo[half : 2 * half])
+        hi, lo = np.concatenate([both.hi, odd.hi]), np.concatenate([both.lo, odd.lo])
+    return DoubleDouble(hi[0], lo[0])
 
 
 def _functional(roots: np.ndarray, system: System, rng: np.random.Generator) -> tuple[np.ndarray, str]:

@@ -25,11 +25,18 @@ Progress = Callable[[str, int, int], None]
 #: Paths that the last rung of the ladder takes on. It costs some thousand times as much as double precision, a second
 #: for a path; and when more paths than this are too ill-conditioned for 32 digits it is the equations that need help.
 FEW_PATHS = 32
+#: Of paths to far ends, which are the same steps again and again and never stuck, it takes more.
+FEW_FAR_PATHS = 128
 #: Largest radii of the endgame's loops on the rungs. Roots near to each other are told apart the later one loops, but
 #: paths to ill-conditioned roots at infinity are lost sooner than that: each has a rung in double-double.
 LOOPS = (2e-6, 1.0, 2e-10)
 #: The smallest radius of the endgame in double-double arithmetic.
 DEEPEST = 1e-26
+#: On the last rung loops begin here and end there. Until then a path that grows is only followed: where a root lies so
+#: far out that the path turns to it at r = 1e-14 or later, loops farther away show only where it seemed to go.
+FAR_LOOPS, FAR_DEEPEST = 1e-30, 1e-34
+#: A homotopy that looks at radii smaller than this has parameters that keep all their digits there.
+ALL_DIGITS = 1e-16
 #: The name of the last rung in the ledger.
 LAST_RUNG = "in multiprecision"
 
@@ -79,7 +86,7 @@ def track_all(
     engine = engine_of(homotopy)
     ends = _empty(homotopy.starts.count, homotopy.program.unknowns)
     ends.typical = engine.size
-    stage = f"paths {digest(homotopy)}"
+    stage = "" if run.checkpoint is None else f"paths {digest(homotopy)}"
     chunks = parallel.cut(homotopy.starts.count)
     kept = _kept(run, stage, chunks, homotopy.program.unknowns)
     for number, part in kept.items():
@@ -130,8 +137,12 @@ def engine_of(homotopy: Homotopy) -> Engine:
     """The compiled tick of a homotopy: made once for each program, and used again for other parameters."""
     engine = _ENGINES.get(homotopy.program)
     if engine is None:
-        builder, equations = homotopy.builder()
-        engine = make_engine(builder, equations, homotopy.samples(), homotopy.moving)
+        # A listed start is carried again and again, to many targets.
+        paths = None if isinstance(homotopy.starts, Listed) else homotopy.starts.count
+        if "J" in homotopy.program.outputs:
+            engine = Engine(homotopy.program, homotopy.samples(), homotopy.moving, paths)
+        else:
+            engine = make_engine(*homotopy.builder(), homotopy.samples(), homotopy.moving, paths)
         _ENGINES[homotopy.program] = engine
     return engine
 
@@ -194,15 +205,15 @@ def _rungs(
     yield "in double-double", rung(tight, LOOPS[1], arithmetic="double-double")
     yield "in double-double with tighter steps", rung(tight.tighter(), LOOPS[2], arithmetic="double-double")
     # The precision of Arb numbers is one setting for all threads: nobody else may be at work.
-    if 0 < precise.wanted().size <= FEW_PATHS and threading.current_thread() is threading.main_thread():
+    if precise.is_worth_it() and threading.current_thread() is threading.main_thread():
         yield LAST_RUNG, precise
 
 
 class _Precise:
     """The last rung: 64 digits, for paths that were lost on their way.
 
-    A path that was seen at the first radius of the endgame and failed later is left alone: there a limit does not
-    settle, or paths are many to one end, and no number of digits helps.
+    A path that was seen at the first radius of the endgame and failed later is left alone, unless it was growing: at a
+    finite end a limit does not settle, or paths are many to one end, and no number of digits helps.
     """
 
     def __init__(self, engine: Engine, homotopy: Homotopy, ends: Ends) -> None:
@@ -212,17 +223,33 @@ class _Precise:
     def wanted(self) -> np.ndarray:
         """Rows that need the digits."""
         rows = ledger.doubtful(self.ends)
-        late = (self.ends.kind[rows] == FAILED) & np.isfinite(self.ends.mark[rows])
+        late = (self.ends.kind[rows] == FAILED) & np.isfinite(self.ends.mark[rows]) & ~self.ends.leaving[rows]
         return np.asarray(rows[~late])
 
+    def is_worth_it(self) -> bool:
+        """Whether there are paths that need the digits, and not too many."""
+        rows = self.wanted()
+        far = int(np.sum(self.ends.leaving[rows]))
+        return bool(rows.size) and rows.size - far <= FEW_PATHS and far <= FEW_FAR_PATHS
+
     def __call__(self, rows: np.ndarray) -> Ends:
-        names = ("x", "kind", "winding", "condition", "mark")
+        names = ("x", "kind", "winding", "condition", "mark", "leaving")
         kept = {name: getattr(self.ends, name)[rows] for name in names}
         why = {k: self.ends.why[row] for k, row in enumerate(rows.tolist()) if row in self.ends.why}
         part = Ends(**kept, ticks=np.zeros(len(rows), np.int64), why=why)
         needed = np.flatnonzero(np.isin(rows, self.wanted()))
         options = _Options(self.engine, {"arithmetic": "multiprecision"})
-        part.replace(needed, _track_chunk(options, self.homotopy, rows[needed], Settings()))  # type: ignore[arg-type]
+        growing = self.ends.leaving[rows[needed]]
+        far = self.homotopy
+        if far.smallest < ALL_DIGITS:
+            far = replace(far, smallest=FAR_DEEPEST)
+        for homotopy, chunk, endgame in (
+            (self.homotopy, needed[~growing], ()),
+            (far, needed[growing], (FAR_LOOPS, FAR_DEEPEST)),
+        ):
+            if chunk.size:
+                again = _track_chunk(options, homotopy, rows[chunk], Settings(), *endgame)  # type: ignore[arg-type]
+                part.replace(chunk, again)
         self.tracked += len(needed)
         return part
 
@@ -239,7 +266,7 @@ class _Options:
 
 
 #: What the run file holds of each path, and beside it the reasons of failures.
-_STORED = ("x", "kind", "winding", "condition", "ticks", "mark")
+_STORED = ("x", "kind", "winding", "condition", "ticks", "mark", "leaving")
 
 
 def _empty(count: int, size: int) -> Ends:
@@ -268,6 +295,6 @@ def _kept(run: Run, stage: str, chunks: list[np.ndarray], unknowns: int) -> dict
             shapes = {name: (count, unknowns) if name == "x" else (count,) for name in _STORED}
             if all(arrays[name].shape == shape for name, shape in shapes.items()):
                 why = {int(row): str(text) for row, text in json.loads(bytes(arrays["why"]))}
-                x, kind, winding, condition, ticks, mark = (arrays[name] for name in _STORED)
-                kept[number] = Ends(x, kind, winding, condition, ticks, why=why, mark=mark)
+                x, kind, winding, condition, ticks, mark, leaving = (arrays[name] for name in _STORED)
+                kept[number] = Ends(x, kind, winding, condition, ticks, why, mark, leaving)
     return kept

@@ -224,7 +224,7 @@ def replay(
 
     Examples
     --------
-    >>> from solvers.tape import Builder
+    >>> from solvers.graph import Builder
     >>> b = Builder(1, 0)
     >>> program = b.finish({"F": [b.sub(b.square(b.unknown(0)), b.constant(2))]})
     >>> root2 = DoubleDouble(np.sqrt([[2.0]]), [[-9.667293313452913e-17]])

@@ -14,8 +14,9 @@ from solvers.formats.expressions import FormatError, Reader, Value
 from solvers.formats.numbers import coefficient
 from solvers.formats.phcpack import finish
 from solvers.from_sympy import InvalidSystem
+from solvers.graph import Builder
 from solvers.system import System
-from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, Builder, exact
+from solvers.tape import ADD, FMA, FMS, FNMA, INV, MUL, NEG, SQR, SUB, exact
 
 _REFUSED = {
     "hom_variable_group": "homogeneous coordinates are not read: set one of them to 1 and use variable_group",

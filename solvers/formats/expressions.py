@@ -16,7 +16,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from solvers.from_sympy import InvalidSystem
-from solvers.tape import Builder, Exact, Node, exact
+from solvers.graph import Builder, Node
+from solvers.tape import Exact, exact
 
 #: Parentheses deeper than this are refused; the parser recurses once for each.
 DEEPEST = 100

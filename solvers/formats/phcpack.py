@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from solvers.degrees import degree_bounds
 from solvers.formats.expressions import LARGEST_EXPONENT, FormatError, Reader, Value
 from solvers.formats.numbers import coefficient
 from solvers.from_sympy import InvalidSystem
+from solvers.graph import Builder
 from solvers.supports import terms
-from solvers.system import System, _degree_bounds
-from solvers.tape import Builder, exact
+from solvers.system import System
+from solvers.tape import exact
 
 #: More equations than this in the first line are taken for a mistake.
 LARGEST_COUNT = 100_000
@@ -72,7 +74,7 @@ def finish(reader: Reader, nodes: list[int], names: list[str], groups: Any = Non
     """Freeze the equations as a System, unless their degree is absurd."""
     assert reader.builder is not None
     program = reader.builder.finish({"F": nodes})
-    degree = max(_degree_bounds(program, set(range(program.unknowns))), default=0)
+    degree = max(degree_bounds(program, set(range(program.unknowns))), default=0)
     if degree > LARGEST_EXPONENT:
         raise FormatError(
             reader.text, 0, f"an equation may have the degree {degree}, more than {LARGEST_EXPONENT}"

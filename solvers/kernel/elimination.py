@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from solvers.tape import ARITY, Builder, Node, Program
+from solvers.graph import Builder, Node
+from solvers.tape import ARITY, Program
 
 #: A pivot must be at least this large beside its column, in every sample; small enough to leave the sparsest
 #: order free, large enough that growth over a dozen eliminations stays far below the eight digits Newton needs.

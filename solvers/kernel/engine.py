@@ -3,10 +3,10 @@
 An :class:`Engine` is built once for a homotopy and tracks any number of paths along any parameter lines. It is
 plain data (programs as arrays), so that a worker process receives it by pickle and compiles for itself.
 
-Faster ways cost more to set up: the NumPy reference costs nothing, the kernel must be loaded (once per
-process) or compiled (once per installation), a tick in machine code must be compiled (once per system, unless
-the cache has it). As with skis, one rents until the rent would have paid for the purchase: whatever the work
-turns out to be, that costs at most twice the best choice.
+Faster ways cost more to set up: the NumPy reference costs nothing, the kernel must be loaded (once per process) or
+compiled (once per installation), a tick must be written, with an order of elimination for this system, and in machine
+code it must be compiled (once per system, unless the cache has it). As with skis, one rents until the rent would have
+paid for the purchase: whatever the work turns out to be, that costs at most twice the best choice.
 """
 
 from __future__ import annotations
@@ -19,12 +19,16 @@ from typing import Any
 
 import numpy as np
 
+from solvers.graph import Builder, Node
 from solvers.kernel import compiled, reference
 from solvers.kernel.elimination import elimination_length, pivot_order, tick_program
 from solvers.kernel.reference import Settings, Tracked
 from solvers.system import differentiated, evaluate
-from solvers.tape import Builder, Node, Program
+from solvers.tape import Program
 
+#: Multiplications by zeros of the Jacobian, with pivots chosen for each path, after which it pays to write a tick that
+#: knows an order of elimination: some ten milliseconds of them. Path-ticks after which it pays whatever the Jacobian.
+ZEROS_PAY, TICK_PAYS = 5e7, 150_000
 #: A tick program longer than this is not written out: the loops of the pivoted tick serve instead.
 LONGEST_TICK = 40_000
 #: Ticks of a typical path, to foresee the work of a call.
@@ -47,6 +51,7 @@ def make_engine(
     equations: Sequence[Node],
     samples: tuple[Any, Any],
     moving: Sequence[int] | None = None,
+    paths: int | None = None,
 ) -> Engine:
     """Prepare equations on a graph for tracking.
 
@@ -61,6 +66,8 @@ def make_engine(
         for instance: a handful. The order of elimination is chosen by the Jacobians there.
     moving : sequence of int, optional
         Indices of the parameters that move; all, if not given. Directions of the others must be zero.
+    paths : int, optional
+        As of :class:`Engine`.
 
     Returns
     -------
@@ -75,23 +82,25 @@ def make_engine(
     >>> end.x.real.round(6).tolist()
     [[2.0], [-2.0]]
     """
-    points, parameters = samples
-    return Engine(
-        builder,
-        list(equations),
-        np.atleast_2d(np.asarray(points, np.complex128)),
-        np.asarray(parameters, np.complex128),
-        None if moving is None else list(moving),
-    )
+    return Engine(differentiated(builder, equations, moving), samples, moving, paths)
 
 
 class Engine:
-    """Tracks paths of one parametrised system. Made by :func:`make_engine`.
+    """Tracks paths of one parametrised system.
+
+    Parameters
+    ----------
+    program : Program
+        Outputs F, J and Ft.
+    samples, moving
+        As of :func:`make_engine`.
+    paths : int, optional
+        How many paths are to be tracked in all, if that is known: for few of them a tick is not worth being written,
+        and pivots are chosen for each path as it goes.
 
     Attributes
     ----------
     program : Program
-        Outputs F, J and Ft.
     prefer : str
         "auto", or the engine to use whatever it costs: "reference", "interpreted", "compiled".
     used : str
@@ -108,16 +117,18 @@ class Engine:
 
     def __init__(
         self,
-        builder: Builder,
-        equations: list[Node],
-        points: np.ndarray,
-        parameters: np.ndarray,
-        moving: list[int] | None,
+        program: Program,
+        samples: tuple[Any, Any],
+        moving: Sequence[int] | None = None,
+        paths: int | None = None,
     ) -> None:
-        self.program = differentiated(builder, equations, moving)
-        self._source: tuple[Builder, list[Node], np.ndarray, np.ndarray, list[int] | None] | None
-        self._source = (builder, equations, points, parameters, moving)
-        self._tick: Program | None = None
+        points = np.atleast_2d(np.asarray(samples[0], np.complex128))
+        self.program = program
+        self._samples = points, np.asarray(samples[1], np.complex128)
+        self._moving = None if moving is None else list(moving)
+        self._tick: tuple[Program | None] | None = None
+        # By the number of all paths, not by what has been tracked so far: a path must not depend on its company.
+        self._with_tick = paths is None or _tick_pays(program, paths * TYPICAL_TICKS)
         self.size = float(np.median(np.abs(points).max(axis=1, initial=0.0))) or 1.0
         self._forget()
 
@@ -132,41 +143,31 @@ class Engine:
     def tick(self) -> Program | None:
         """The whole tick as one program (outputs dx and dr); None if it is too long or has no order of pivots."""
         with self._lock:
-            if self._source is not None:
-                self._tick = self._written_out(*self._source)
-                self._source = None
-            return self._tick
+            if self._tick is None:
+                self._tick = (self._written_out(),)
+            return self._tick[0]
 
-    def _written_out(
-        self,
-        builder: Builder,
-        equations: list[Node],
-        points: np.ndarray,
-        parameters: np.ndarray,
-        moving: list[int] | None,
-    ) -> Program | None:
-        _, J = evaluate(self.program, points, parameters)
+    def _written_out(self) -> Program | None:
+        program = self.program
+        _, J = evaluate(program, *self._samples)
         J = J[np.isfinite(J).all(axis=(1, 2))]
         try:
-            order = pivot_order(self.program.pattern, J)
+            order = pivot_order(program.pattern, J)
         except np.linalg.LinAlgError:  # no fixed order of elimination; pivoting may see a way at some points
             return None
-        if elimination_length(self.program.pattern, order) + len(self.program.code) > LONGEST_TICK:
+        if elimination_length(program.pattern, order) + len(program.code) > LONGEST_TICK:
             return None
-        return tick_program(builder, equations, order, moving)
+        builder = Builder(program.unknowns, program.parameters)
+        unknowns = [builder.unknown(k) for k in range(program.unknowns)]
+        equations = program.embed(builder, unknowns, [builder.parameter(k) for k in range(program.parameters)])
+        return tick_program(builder, equations, order, self._moving)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {
-            "program": self.program,
-            "_tick": self.tick,
-            "prefer": self.prefer,
-            "size": self.size,
-            "lanes": self.lanes,
-        }
+        fresh = ("_lock", "_runs", "_path_ticks", "_code_at_hand")
+        return {name: value for name, value in self.__dict__.items() if name not in fresh}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._source = None
         self._forget()
 
     def track(
@@ -263,7 +264,7 @@ class Engine:
             return wanted
         if wanted == "auto" and not _kernel_pays(self._numpy_seconds(paths)):
             return "reference"
-        if pivoted or self.tick is None:
+        if pivoted or (wanted == "auto" and not self._with_tick) or self.tick is None:
             return "pivoted"
         if wanted != "auto":
             return wanted
@@ -286,6 +287,11 @@ class Engine:
                 assert program is not None
                 self._runs[key] = compiled.Run(program, way, key[1])
             return self._runs[key]
+
+
+def _tick_pays(program: Program, path_ticks: int) -> bool:
+    zeros = program.unknowns * (program.unknowns**2 - len(program.pattern))
+    return path_ticks > TICK_PAYS or path_ticks * zeros > ZEROS_PAY
 
 
 def _multiprecision() -> Any:

@@ -15,6 +15,9 @@ from numba import njit
 from solvers.kernel.lanes import any_lane, fma, load, maximum, negative, select, splat, store
 from solvers.tape import ADD, ARITY, FMA, FMS, FNMA, INV, MUL, SQR, SUB, Program
 
+#: Up to so many instructions every value has a row of its own: they all stay in the second-level cache.
+SHORT = 3_000
+
 
 class Bytecode(NamedTuple):
     """A program on rows of the workspace."""
@@ -28,7 +31,7 @@ class Bytecode(NamedTuple):
 
 
 def bytecode(program: Program, names: tuple[str, ...], first: int, stride: int = 2, leaf: int = 0) -> Bytecode:
-    """Give every value a row, and rows whose value is read no more to later values.
+    """Give every value a row; in long programs, rows whose value is read no more to later values.
 
     Parameters
     ----------
@@ -45,6 +48,8 @@ def bytecode(program: Program, names: tuple[str, ...], first: int, stride: int =
     count = len(program.constants)
     row = [leaf + stride * k for k in range(leaves)] + [first + stride * k for k in range(count)]
     outputs = [slot for name in names for slot in program.outputs[name].tolist()]
+    if len(program.code) <= SHORT:
+        return _bytecode_of_short(program, np.array(outputs, np.int64), first, stride, leaf)
     code = program.code.tolist()
     last = dict.fromkeys(outputs, len(code))
     for k in range(len(code) - 1, -1, -1):
@@ -67,12 +72,35 @@ def bytecode(program: Program, names: tuple[str, ...], first: int, stride: int =
         written.append((op, target, *rows))
     return Bytecode(
         code=np.array(written, np.int32).reshape(-1, 5),
-        constants=program.constant_halves[:, :stride].copy(),
+        constants=_constants(program, stride),
         first=first,
         rows=top,
         outputs=np.array([row[slot] for slot in outputs], np.int32),
         pattern=np.ascontiguousarray(program.pattern),
     )
+
+
+def _bytecode_of_short(program: Program, outputs: np.ndarray, first: int, stride: int, leaf: int) -> Bytecode:
+    leaves, values = program.unknowns + 2 * program.parameters, len(program.constants) + len(program.code)
+    row = np.concatenate([leaf + stride * np.arange(leaves), first + stride * np.arange(values)])
+    code = np.empty((len(program.code), 5), np.int32)
+    code[:, 0] = program.code[:, 0]
+    code[:, 1] = row[program.inputs :]
+    code[:, 2:] = row[program.code[:, 1:]]
+    return Bytecode(
+        code=code,
+        constants=_constants(program, stride),
+        first=first,
+        rows=first + stride * values,
+        outputs=row[outputs].astype(np.int32),
+        pattern=np.ascontiguousarray(program.pattern),
+    )
+
+
+def _constants(program: Program, stride: int) -> np.ndarray:
+    if stride == 4:
+        return program.constant_halves
+    return program.constant_values.view(np.float64).reshape(-1, 2)
 
 
 @njit

@@ -39,7 +39,7 @@ def track(
     Examples
     --------
     >>> from solvers.kernel.engine import make_engine
-    >>> from solvers.tape import Builder
+    >>> from solvers.graph import Builder
     >>> b = Builder(1, 1)
     >>> engine = make_engine(b, [b.sub(b.square(b.unknown(0)), b.parameter(0))], ([[1.0]], [1.0]))
     >>> done = track(engine.program, np.array([[1.0]]), np.array([2.0]), np.array([-1.0]))

@@ -6,8 +6,8 @@ import itertools
 
 import numpy as np
 
+from solvers.graph import Builder
 from solvers.kernel.engine import Engine, make_engine
-from solvers.tape import Builder
 
 #: A generic complex number of modulus one.
 GAMMA = np.exp(0.7j)

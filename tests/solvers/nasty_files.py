@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from solvers.graph import Builder
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.kernel.engine import Engine, make_engine
-from solvers.tape import Builder, Program
+from solvers.tape import Program
 
 FOLDER = Path(__file__).parent / "nasty"
 

@@ -12,9 +12,10 @@ from solvers.arithmetic.discs import Disc
 from solvers.arithmetic.double_double import DoubleDouble
 from solvers.arithmetic.values import exact_parameters, exact_value
 from solvers.from_sympy import InvalidSystem
+from solvers.graph import Builder
 from solvers.kernel.elimination import pivot_order, tick_program
 from solvers.system import System, differentiated
-from solvers.tape import Builder, Program
+from solvers.tape import Program
 
 
 class Rational:

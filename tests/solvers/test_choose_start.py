@@ -48,7 +48,7 @@ def test_own_groups_are_used():
 def test_equations_too_large_to_expand_are_kept_factored():
     unknowns = sympy.symbols("x0:8")
     rng = np.random.default_rng(2)
-    rows = rng.integers(1, 9, size=(8, 6, 8)).tolist()
+    rows = rng.integers(1, 9, size=(8, 9, 8)).tolist()
     system = System(
         [sympy.prod([sum(c * v for c, v in zip(f, unknowns)) - 1 for f in row]) - 1 for row in rows], unknowns
     )

@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 
 from benchmarks.zoo import ZOO
 from solvers import System, solve
+from solvers.endgame import CORNERS
 from solvers.ends import FAILED, REGULAR, Ends
+from solvers.limits import constant_part
 
 x, y, z = sympy.symbols("x y z")
 CLOSE = sympy.Rational(1, 10**6)
@@ -152,6 +154,41 @@ def test_far_out_a_loop_is_closed_when_every_unknown_is_back(name):
     for seed in range(2):
         solutions = solve(benchmark.build(), seed=seed, start="total-degree", certificates=False)
         assert len(solutions) == benchmark.isolated and solutions.ledger.failed == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_far_roots_are_not_taken_for_infinite(seed):
+    """Sixteen roots of size 1e7: at r = 1e-9 their paths still look as if they went to infinity, at 1e-14 they turn."""
+    solutions = solve(ZOO["ipp"].build(), seed=seed, start="total-degree")
+    assert len(solutions) == 64 == solutions.certificate.distinct and solutions.complete
+    assert np.sum(np.abs(solutions.points).max(axis=1) > 1e7) == 16
+    assert solutions.ledger.at_infinity == 192
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_paths_that_grow_slowly_are_followed_to_the_end(seed):
+    """Roots of moderate size whose paths run with those to infinity, r^(−1/9), until r = 1e-22."""
+    solutions = solve(ZOO["cassou"].build(), seed=seed, start="multihomogeneous", certificates=False)
+    assert len(solutions) == 16 and solutions.complete
+
+
+def circles(far, exponents, turns, radius=1e-6):
+    """A path x_j = (r + far_j)^(exponent) led round r = 0, as the endgame keeps it."""
+    angles = 2 * np.pi * np.arange(1, CORNERS * turns + 1) / CORNERS
+    r = radius * np.exp(1j * angles)[:, None]
+    logarithm = np.log(radius) + 1j * angles[:, None] + np.log1p(far / r)
+    return [(np.arange(1), row[None]) for row in np.exp(np.array(exponents) * logarithm)]
+
+
+@pytest.mark.parametrize("exponents, turns", [((-0.5, 0), 2), ((-0.75, -0.25), 4), ((-1, 1), 1), ((-7 / 8, 0.5), 8)])
+def test_the_powers_tell_a_far_root_from_infinity(exponents, turns):
+    known = np.array([exponents])
+    for far in (0.0, 1e-14, 1e-10, 1e-8):
+        share = constant_part(circles(np.full(2, far), exponents, turns), known, np.array([turns]), CORNERS)
+        order = max(-e * turns / np.gcd(turns, round(-e * turns)) for e in exponents if e < 0)
+        assert share == pytest.approx(order * far / 1e-6, rel=0.02, abs=1e-13)
+    assert np.isnan(constant_part(circles(np.zeros(2), exponents, turns), known, np.array([0]), CORNERS))
 
 
 def test_a_simple_root_at_the_origin():

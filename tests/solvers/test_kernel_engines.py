@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from kernel_systems import difference, katsura, roots, univariate
 
+from solvers.graph import Builder
 from solvers.kernel import compiled
 from solvers.kernel import engine as engine_module
 from solvers.kernel.lanes import Lanes, native_lanes
 from solvers.kernel.reference import DIVERGED, EXHAUSTED, PAUSED, REACHED, STALLED, Settings
-from solvers.tape import Builder
 
 WAYS = {
     "reference": {"prefer": "reference"},

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from nasty_files import FOLDER, read
 
+from solvers.graph import Builder
 from solvers.kernel.engine import make_engine
 from solvers.kernel.reference import REACHED, STALLED, Settings, _Lanes
-from solvers.tape import Builder
 
 FILES = sorted(FOLDER.glob("*.json"))
 #: Paths of mechanisms: with many steps, some of them rejected.

@@ -1,18 +1,20 @@
 """Tick programs: elimination against NumPy, machine code and bytecode against the replayed program."""
 
 import ctypes
+import pickle
 
 import numpy as np
 import pytest
 from kernel_systems import katsura
 
-from solvers.kernel import codegen
+from solvers.graph import Builder
+from solvers.kernel import codegen, interpreter
 from solvers.kernel.elimination import depth_first, elimination_length, pivot_order, tick_program
 from solvers.kernel.interpreter import bytecode
 from solvers.kernel.lanes import Lanes
 from solvers.kernel.layout import layout, workspace
 from solvers.system import evaluate
-from solvers.tape import ARITY, INV, Builder
+from solvers.tape import ARITY, INV
 
 ALL = [Lanes(2), Lanes(2, fma=False), Lanes(4), Lanes(4, fma=False), Lanes(8)]
 
@@ -181,13 +183,19 @@ def test_depth_first_changes_the_order_and_nothing_else():
         assert all(slot < again.inputs + k for slot in operands[: ARITY[op]])
 
 
-def test_bytecode_uses_rows_again():
-    engine, *_ = katsura(6)
+def test_bytecode_of_long_programs_uses_rows_again(monkeypatch):
+    engine, starts, *line = katsura(6)
+    engine.prefer = "interpreted"
+    plain = engine.track(starts[:9], *line)
     first = layout(engine.program.unknowns, engine.program.parameters).slots
+    assert bytecode(engine.tick, ("dx", "dr"), first).rows - first > 2 * len(engine.tick.code)
+    monkeypatch.setattr(interpreter, "SHORT", 0)
     packed = bytecode(engine.tick, ("dx", "dr"), first)
     assert len(packed.code) == len(engine.tick.code)
     assert packed.rows - first < 2 * len(engine.tick.code) / 2
     assert packed.code[:, 1].min() >= first + 2 * len(engine.tick.constants)
+    again = pickle.loads(pickle.dumps(engine))  # forgets its bytecode
+    assert np.array_equal(again.track(starts[:9], *line).x, plain.x)
 
 
 def test_a_singular_pattern_is_refused():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from kernel_systems import katsura
 
+from solvers.graph import Builder
 from solvers.kernel.engine import make_engine
 from solvers.kernel.reference import REACHED
-from solvers.tape import Builder
 
 
 @pytest.mark.parametrize("prefer", ["reference", "interpreted"])

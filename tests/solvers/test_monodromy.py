@@ -54,6 +54,21 @@ def test_published_counts_with_a_trace_test_on_many_seeds(name, seed):
     assert (len(found), found.complete) == (count, True), found.evidence
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_ill_conditioned_roots_are_found_by_legs_with_more_care(seed):
+    """A few of the 128 roots have a condition of 1e9: double precision confirms them on no leg."""
+    solutions = monodromy(with_constants_moving("chandra8"), seed=seed)
+    assert len(solutions) == 128 and solutions.complete
+
+
+def test_equations_in_very_different_units():
+    """A first root is made, and all are found, when the equations' coefficients differ by twelve orders of magnitude."""
+    system = System([10**12 * (x**2 + y**2 - 5) + 10**12 * a, x * y - 2 + b], [x, y], [a, b])
+    for seed in range(4):
+        found = monodromy(system, seed=seed)
+        assert len(found) == 4 and found.complete
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_seven_pose_trammel(seed):
     point, values = trammel_seed(np.random.default_rng(seed))

@@ -1,12 +1,14 @@
 """Binomial and toric starts: the right number of points, all solutions, all distinct."""
 
+import flint
 import numpy as np
 import pytest
 import sympy
 
 from benchmarks.zoo import ZOO
-from solvers.binomial import binomial_lattice
-from solvers.generic import coefficient_program, heights_above
+from solvers.binomial import binomial_lattice, binomial_lattices
+from solvers.generic import heights_above
+from solvers.monomials import coefficient_program
 from solvers.points import pairs_of_equals
 from solvers.polyhedral import polyhedral, scaled_terms, toric_points
 from solvers.system import System, evaluate
@@ -130,3 +132,18 @@ def test_same_seed_same_points():
     supports, _ = scaled_terms(ZOO["eco5"].build(), np.zeros(0))
     first, second = (toric_points(supports, 3).points(np.arange(8)) for _ in range(2))
     assert np.array_equal(first, second)
+
+
+def test_many_lattices_are_those_of_each():
+    rng = np.random.default_rng(12)
+    small = rng.integers(-3, 4, (60, 3, 3))
+    large = rng.integers(-(2**40), 2**40, (4, 3, 3))  # inverses of these do not fit into double precision
+    matrices = np.concatenate([small, large])
+    known = [abs(int(flint.fmpz_mat(3, 3, m.ravel().tolist()).det())) for m in matrices]
+    regular = np.flatnonzero(known)
+    counts = np.array([known[k] for k in regular], object)
+    for lattice, matrix in zip(binomial_lattices(matrices[regular], counts), matrices[regular]):
+        one = binomial_lattice(matrix)
+        assert (lattice.count, lattice.radices) == (one.count, one.radices)
+        assert lattice.adjugate.tolist() == one.adjugate.tolist()
+        assert np.array_equal(lattice.turns(np.arange(5)), one.turns(np.arange(5)))

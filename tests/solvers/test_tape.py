@@ -9,8 +9,9 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from solvers.graph import Builder
 from solvers.system import differentiated, evaluate
-from solvers.tape import Builder, exact
+from solvers.tape import exact
 
 SYMBOLS = sympy.symbols("x y p q")
 

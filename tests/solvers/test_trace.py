@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy
 
+from benchmarks.zoo import ZOO
 from solvers import System, monodromy, solve, trace_curve
 from solvers.kernel.engine import Engine
 from solvers.kernel.reference import STALLED
@@ -71,6 +72,18 @@ def test_a_false_root_fails():
     values, roots = generic(system)
     false = np.concatenate([roots, [[3 + 1j, 2.0]]])
     assert not trace_test(system, values, false).passed
+
+
+def test_a_missing_root_that_hardly_moves_is_told():
+    """Without its worst-conditioned root the sums of chandra8 disagree in the seventh digit only."""
+    system = ZOO["chandra8"].build()
+    shifts = sympy.symbols("shift:8")
+    system = System([f + s for f, s in zip(system.equations, shifts)], system.unknowns, shifts)
+    whole = monodromy(system, seed=0)
+    assert len(whole) == 128 and whole.complete
+    far = np.argmax(np.abs(whole.points).max(axis=1))
+    test = trace_test(system, whole.parameters, np.delete(whole.points, far, axis=0), seed=3)
+    assert not test.passed
 
 
 def test_orbits_are_tested_through_an_invariant():
