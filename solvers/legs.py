@@ -17,7 +17,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,11 +38,20 @@ UNEVEN = 2
 #: Detours are made so many times over where no trace test follows: of 40 runs on chains of two links (370 and 3708
 #: roots) 29 found all with one round and 40 with three, then 198 of 200.
 ROUNDS = 3
-#: Each detour of a round leads so many times farther than the one before; from the second round on, every parameter
-#: becomes so many times larger or smaller by a chance of its own. A homogeneous system looks the same where all grow
-#: together; others, with constants beside the parameters, are best seen from there.
+#: Each detour of a round leads so many times farther than the one before.
 FARTHER = 10.0
 
+
+class Detour(NamedTuple):
+    """A third place: so many powers of ten farther than the two.
+
+    All parameters grow together in the first round: roots that constants beside them keep apart change places there.
+    In the others each becomes larger or smaller by a chance of its own: a homogeneous system looks the same where all
+    grow together.
+    """
+
+    far: int
+    apart: bool
 
 @dataclass
 class Leg:
@@ -94,7 +103,7 @@ class Search:
         """The node with more roots."""
         return max(self.nodes, key=lambda node: len(node.roots))
 
-    def leg(self, source: int, detour: int = 0) -> Leg:
+    def leg(self, source: int, detour: Detour | None = None) -> Leg:
         """Carry all roots of a node to the other one along fresh arcs, perhaps with a detour."""
         a, b = self.nodes[source], self.nodes[1 - source]
         before, points = len(b.roots), a.roots.points
@@ -120,7 +129,7 @@ class Search:
 
 
 def arcs(
-    seed: int, number: int, start: np.ndarray, end: np.ndarray, detour: int = 0
+    seed: int, number: int, start: np.ndarray, end: np.ndarray, detour: Detour | None = None
 ) -> list[tuple[np.ndarray, np.ndarray, complex]]:
     """The way of a leg, as (from, to, bend): one arc, or two by way of a third place, the `detour`.
 
@@ -128,10 +137,9 @@ def arcs(
     """
     rng = np.random.default_rng([seed, 12, number])
     places = [start, end]
-    if detour:
-        turn, number = divmod(detour - 1, DETOURS)
-        apart = rng.uniform(-1, 1, len(start)) if turn else 1.0
-        places.insert(1, FARTHER ** (number * apart) * sizes(start) * gaussian(rng, len(start)))
+    if detour is not None:
+        apart = rng.uniform(-1, 1, len(start)) if detour.apart else 1.0
+        places.insert(1, FARTHER ** (detour.far * apart) * sizes(start) * gaussian(rng, len(start)))
     return [(a, b, random_bend(rng)) for a, b in itertools.pairwise(places)]
 
 
@@ -140,13 +148,14 @@ def quiet_enough(uneven: bool, traced: bool) -> int:
     return (UNEVEN if uneven else 1) * (QUIET_LEGS + (1 if traced else ROUNDS) * DETOURS)
 
 
-def detour_of(quiet: int) -> int:
-    """Which detour a leg makes after so many without news: none at first, then all in turn.
+def detour_of(quiet: int, farther: int = 0) -> Detour | None:
+    """Which detour a leg makes after so many without news: none at first, then all in turn, farther if asked for.
 
-    >>> [detour_of(quiet) for quiet in (0, 2, 3, 4, 11, 12)]
-    [0, 0, 1, 2, 9, 1]
+    >>> [detour_of(quiet) for quiet in (2, 3, 5, 8)]
+    [None, Detour(far=0, apart=False), Detour(far=2, apart=False), Detour(far=2, apart=True)]
     """
-    return (quiet - QUIET_LEGS) % (ROUNDS * DETOURS) + 1 if quiet >= QUIET_LEGS else 0
+    turn, number = divmod(quiet - QUIET_LEGS, DETOURS)
+    return Detour(number + farther, turn % ROUNDS > 0) if turn >= 0 else None
 
 
 def two_nodes(

@@ -148,8 +148,7 @@ def _loop_until_complete(
     quiet, paths, tests, test = 0, 0, 0, None
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
-        detour = detour_of(quiet)
-        leg = search.leg(source, detour + 2 * tests if detour else 0)  # after a failed test detours lead farther
+        leg = search.leg(source, detour_of(quiet, 2 * tests))  # after a failed test detours lead farther
         memory.keep()
         sizes = [len(node.roots) for node in search.nodes]
         if progress is not None:
