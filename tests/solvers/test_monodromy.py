@@ -62,7 +62,7 @@ def test_ill_conditioned_roots_are_found_by_legs_with_more_care(seed):
 
 
 def test_equations_in_very_different_units():
-    """A first root is made, and all are found, when the equations' coefficients differ by twelve orders of magnitude."""
+    """A first root is made, and all are found, when coefficients differ by twelve orders of magnitude."""
     system = System([10**12 * (x**2 + y**2 - 5) + 10**12 * a, x * y - 2 + b], [x, y], [a, b])
     for seed in range(4):
         found = monodromy(system, seed=seed)
