@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from solvers.choose_start import choose_start
+from solvers.clusters import with_clusters_resolved
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, Listed, parameter_homotopy
 from solvers.ledger import broken_cycles, groups_of_singular
@@ -138,7 +139,7 @@ def _finished(system: System, values: np.ndarray, found: _Attempt, seed: int, ce
     solutions = _collect(system, values, found.homotopy, found.ends, found.rungs)
     solutions.seed = seed
     try:
-        solutions = with_simple_ends(system, solutions)
+        solutions = with_clusters_resolved(system, with_simple_ends(system, solutions))
         if certificates:
             _certify(system, solutions)
     except KeyboardInterrupt:
