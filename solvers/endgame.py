@@ -244,7 +244,7 @@ class _Walk:
         ripe = np.flatnonzero(self.settled & ~self.regular_course & loops)
         decided = np.zeros(len(rows), bool)
         if ripe.size:
-            turns, mean, distance, order, self.vanishing[rows[ripe]] = self._loop(points[ripe], radius, rows[ripe])
+            turns, mean, distance, order, walked = self._loop(points[ripe], radius, rows[ripe])
             known = self.mean[rows[ripe]]
             with np.errstate(all="ignore"):
                 change = np.abs(mean - known).max(axis=1)
@@ -254,6 +254,10 @@ class _Walk:
             agree &= (turns > 0) & (turns == self.turns[rows[ripe]])
             self.mean[rows[ripe]], self.turns[rows[ripe]], self.distance[rows[ripe]] = mean, turns, distance
             at_infinity = agree & (order > 0) & (np.abs(mean[:, -1]) < POLE)
+            wanted = at_infinity | (radius < EXPONENTS_DECIDE)
+            self.vanishing[rows[ripe]] = constant_part(
+                walked, self.exponents[rows[ripe]], np.where(wanted, turns, 0), CORNERS, self.typical
+            )
             at_infinity &= self.vanishing[rows[ripe]] < VANISHES
             at_infinity[at_infinity] = self.limits.is_infinite(mean[at_infinity, :-1])
             finite = agree & (order == 0) & (np.abs(mean[:, -1]) >= POLE) & (nearer | (distance < AGREE))
@@ -299,10 +303,10 @@ class _Walk:
 
     def _loop(
         self, points: np.ndarray, radius: float, rows: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
         """Loops round r = 0: turns until closed (0: not closed), and in the chart of the largest coordinate the
-        mean, the distance of the point from it, and the order of the pole. Last, how far the coordinates that grow
-        are from a pole (not a number where the loop is not closed)."""
+        mean, the distance of the point from it, and the order of the pole. Last, which paths came to
+        each corner, and where they were."""
         count = len(points)
         pick = np.arange(count)
         chart = np.argmax(np.abs(_homogeneous(points)), axis=1)
@@ -345,8 +349,7 @@ class _Walk:
         mean = total / (CORNERS * np.maximum(turns, 1))[:, None]
         exponents = np.concatenate([self.exponents[rows], np.zeros((count, 1))], axis=1)
         distance = np.abs(first - mean).max(axis=1)
-        vanishing = constant_part(walked, self.exponents[rows], turns, CORNERS)
-        return turns, mean, distance, np.rint(-exponents[pick, chart] * turns), vanishing
+        return turns, mean, distance, np.rint(-exponents[pick, chart] * turns), walked
 
 
 def _homogeneous(x: np.ndarray) -> np.ndarray:

@@ -24,6 +24,8 @@ FAR, HIGHEST_TERMS = 1e13, 1e-6
 #: The constant part of 1/x_j^p that rounding leaves: 1e-15 to 1e-10. A root that is not at infinity leaves its distance
 #: from there beside that of the loop, 1e-5 where it is of size 1e7.
 VANISHES = 1e-8
+#: Roots farther out than this, in typical sizes of the unknowns, are at infinity: data of twelve digits say no more.
+FARTHEST = 1e10
 #: A root whose Jacobian has a scaled condition number above this is no regular root.
 SUSPECT = 1e9
 #: Residual along the cokernel below which a limit is a root; pairs of roots 3e-7 apart are told from double ones.
@@ -141,13 +143,18 @@ class Target:
 
 
 def constant_part(
-    walked: list[tuple[np.ndarray, np.ndarray]], exponents: np.ndarray, turns: np.ndarray, corners: int
+    walked: list[tuple[np.ndarray, np.ndarray]],
+    exponents: np.ndarray,
+    turns: np.ndarray,
+    corners: int,
+    typical: float,
 ) -> np.ndarray:
     """How far growing coordinates are from a pole at r = 0, as loops round it show.
 
     x_j ~ r^(−k/m) has a power p = m/gcd(k, m) without a branch, and 1/x_j^p is analytic round r = 0 with a zero of
     order q = pk/m there. If it vanishes at −ε instead, (r + ε)^q leaves qε r^(q−1): what the mean over the loop of
-    r^(1−q) / x_j^p leaves beside its modulus, is returned: qε beside the radius.
+    r^(1−q) / x_j^p leaves beside its modulus, is returned: qε beside the radius. It says how large x_j is at r = 0, and
+    if that is farther than roots are looked for, zero is returned. One coordinate that goes to infinity is enough.
 
     Parameters
     ----------
@@ -159,11 +166,13 @@ def constant_part(
         Turns until each path was back; 0 if it never was.
     corners : int
         Of one turn.
+    typical : float
+        Typical size of the unknowns.
 
     Returns
     -------
     ndarray, shape (n,)
-        The largest of all coordinates; not a number where there were no turns.
+        The smallest of all growing coordinates; not a number where there were no turns.
     """
     far = np.full(len(turns), np.nan)
     for m in np.unique(turns[turns > 0]).tolist():
@@ -177,5 +186,10 @@ def constant_part(
         with np.errstate(all="ignore"):
             powers = (np.abs(path).min(axis=0) / path) ** power
             share = np.abs((powers * back).mean(axis=0)) / np.abs(powers).mean(axis=0)
-        far[rows] = np.where(order > 0, share, 0.0).max(axis=1)
+            quotient = np.maximum(order * power // m, 1)
+            size = np.abs(path).max(axis=0) * (share / quotient) ** (-order / m)
+        share[~(size < FARTHEST * typical)] = 0.0
+        share[order == 0] = np.inf
+        smallest = share.min(axis=1)
+        far[rows] = np.where(np.isfinite(smallest), smallest, 0.0)
     return far

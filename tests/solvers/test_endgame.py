@@ -183,12 +183,14 @@ def circles(far, exponents, turns, radius=1e-6):
 
 @pytest.mark.parametrize("exponents, turns", [((-0.5, 0), 2), ((-0.75, -0.25), 4), ((-1, 1), 1), ((-7 / 8, 0.5), 8)])
 def test_the_powers_tell_a_far_root_from_infinity(exponents, turns):
-    known = np.array([exponents])
+    known, typical = np.array([exponents]), 1e10
     for far in (0.0, 1e-14, 1e-10, 1e-8):
-        share = constant_part(circles(np.full(2, far), exponents, turns), known, np.array([turns]), CORNERS)
-        order = max(-e * turns / np.gcd(turns, round(-e * turns)) for e in exponents if e < 0)
+        share = constant_part(circles(np.full(2, far), exponents, turns), known, np.array([turns]), CORNERS, typical)
+        order = min(-e * turns / np.gcd(turns, round(-e * turns)) for e in exponents if e < 0)
         assert share == pytest.approx(order * far / 1e-6, rel=0.02, abs=1e-13)
-    assert np.isnan(constant_part(circles(np.zeros(2), exponents, turns), known, np.array([0]), CORNERS))
+        share = constant_part(circles(np.full(2, far), exponents, turns), known, np.array([turns]), CORNERS, 1e-10)
+        assert share == 0  # such roots are not looked for
+    assert np.isnan(constant_part(circles(np.zeros(2), exponents, turns), known, np.array([0]), CORNERS, typical))
 
 
 def test_a_simple_root_at_the_origin():
