@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import cmath
 from functools import partial
+from typing import Any
 
 import numpy as np
 
+from mechanisms import Task
 from mechanisms.families.motion_dyads import MotionDyad, Poses
 
 
@@ -77,3 +79,13 @@ def inverted_slider_crank_poses(rng, count=5):
         angles.append(cmath.phase(turn))
     poses = Poses(np.array(points), np.array(angles))
     return poses, [MotionDyad("RR", o1, a1), MotionDyad("RP", o2, heading)]
+
+
+def mixed_task(poses: Poses, count: int, **tables: Any) -> Task:
+    """A task of the family four-bar-motion: the first positions as poses, the others as points."""
+    rows = [
+        {"x": z.real, "y": z.imag, "angle_deg": float(np.degrees(angle))}
+        for z, angle in zip(poses.points, poses.angles)
+    ]
+    points = [{"x": row["x"], "y": row["y"]} for row in rows[count:]]
+    return Task.from_dict({"mechanism": "four-bar-motion", "poses": rows[:count], "points": points, **tables})

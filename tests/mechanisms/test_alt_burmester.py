@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from four_bar_samples import four_bar_poses
+from four_bar_samples import four_bar_poses, mixed_task
 
 from mechanisms import Task, TaskError, synthesize
 from mechanisms.catalogue import load, recipe
@@ -121,22 +121,12 @@ def test_stored_columns_are_restored_to_roots():
         assert np.abs(restored - point).max() < 1e-9 * np.abs(point).max()
 
 
-def task(poses: Poses, count: int, **tables) -> Task:
-    """The first positions as poses, the others as points."""
-    rows = [
-        {"x": z.real, "y": z.imag, "angle_deg": float(np.degrees(angle))}
-        for z, angle in zip(poses.points, poses.angles)
-    ]
-    points = [{"x": row["x"], "y": row["y"]} for row in rows[count:]]
-    return Task.from_dict({"mechanism": "four-bar-motion", "poses": rows[:count], "points": points, **tables})
-
-
 @pytest.mark.parametrize(
     ("count", "points"), [(4, 2), (3, 4), (2, 6), pytest.param(1, 8, marks=pytest.mark.slow)], ids=str
 )
 def test_the_sampled_four_bar_is_found_among_the_designs(count, points):
     poses, true = four_bar_poses(np.random.default_rng(20 + count), count + points)
-    result = synthesize(task(poses, count))
+    result = synthesize(mixed_task(poses, count))
     # close clusters of an ill-conditioned task end as singular ones
     assert result.roots["count"] + result.ledger["singular"] == COUNTS[count, points]
     wanted = {complex(round(d.fixed.real, 6), round(d.fixed.imag, 6)) for d in true}
@@ -183,7 +173,7 @@ def test_given_pivots_stand_where_they_are_given():
     poses, true = four_bar_poses(np.random.default_rng(31), 5)
     free = {f"O{k}_{axis}": getattr(true[k - 1].fixed, part) for k in (1, 2)
             for axis, part in (("x", "real"), ("y", "imag"))}  # fmt: skip
-    result = synthesize(task(poses, 1, free=free))
+    result = synthesize(mixed_task(poses, 1, free=free))
     assert result.roots["count"] == 36
     moving = sorted((d.moving for d in true), key=lambda z: z.real)
     found = [
@@ -228,10 +218,10 @@ def test_given_lengths_are_kept():
 def test_tasks_that_do_not_add_up_are_refused(poses, points, free, words):
     sample, _ = four_bar_poses(np.random.default_rng(1), poses + points)
     if words is None:
-        assert task(sample, poses, free=free).free == free
+        assert mixed_task(sample, poses, free=free).free == free
         return
     with pytest.raises(TaskError, match=words):
-        task(sample, poses, free=free)
+        mixed_task(sample, poses, free=free)
 
 
 def test_points_without_a_pose_are_sent_to_the_path_family():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from four_bar_samples import four_bar_poses
+from four_bar_samples import four_bar_poses, mixed_task
 
 from mechanisms import Task, TaskError, synthesize
 from mechanisms.families.base import BODY
@@ -12,15 +12,6 @@ from mechanisms.families.mixed_motion import mixed_problem
 from mechanisms.families.motion_dyads import Poses
 from mechanisms.families.tolerance_mixed import MixedPositions, positions_of
 from solvers import solve
-
-
-def task(poses: Poses, count: int, **tables) -> Task:
-    rows = [
-        {"x": z.real, "y": z.imag, "angle_deg": float(np.degrees(angle))}
-        for z, angle in zip(poses.points, poses.angles)
-    ]
-    points = [{"x": row["x"], "y": row["y"]} for row in rows[count:]]
-    return Task.from_dict({"mechanism": "four-bar-motion", "poses": rows[:count], "points": points, **tables})
 
 
 def rocker(count: int, noise: float) -> Poses:
@@ -39,11 +30,11 @@ def rocker(count: int, noise: float) -> Poses:
 @pytest.mark.parametrize(("count", "points"), [(4, 2), (3, 4)])
 def test_a_sweep_finds_the_real_roots_of_single_solves(count, points):
     samples = [four_bar_poses(np.random.default_rng(seed), count + points)[0] for seed in (5, 6, 7)]
-    source = MixedPositions(task(samples[0], count))
-    swept = source.pairs([positions_of(task(poses, count)) for poses in samples])
+    source = MixedPositions(mixed_task(samples[0], count))
+    swept = source.pairs([positions_of(mixed_task(poses, count)) for poses in samples])
     single = source.problem
     (first, *_) = swept
-    asked = task(samples[0], count)
+    asked = mixed_task(samples[0], count)
     roots = solve(single.system, mixed_problem(asked).parameters, source.start, certificates=False).points
     assert 2 * len(first) == int(single.real(roots).sum())
     for poses, pairs in zip(samples, swept):
@@ -58,7 +49,7 @@ def test_designs_within_the_tolerances_where_no_exact_one_is_good():
     constraints = {"max_link_ratio": 10.0, "min_transmission_deg": 15.0}
     zone = [0.0] + [reach] * (count + points - 1)
     free = {"tolerance_x": zone, "tolerance_y": zone, "tolerance_angle_deg": [0.0, 1.0, 1.0]}
-    asked = task(poses, count, free=free, constraints=constraints)
+    asked = mixed_task(poses, count, free=free, constraints=constraints)
     result = synthesize(asked)
     made = [design for design in result.designs if "moved" in design.extra]
     if exact := [design for design in result.accepted if "moved" not in design.extra]:
@@ -93,7 +84,7 @@ def test_numbers_given_are_kept_within_the_tolerances():
 
 def test_a_root_is_followed_and_comes_back():
     poses, _ = four_bar_poses(np.random.default_rng(9), 6)
-    asked = task(poses, 4)
+    asked = mixed_task(poses, 4)
     source, here = MixedPositions(asked), positions_of(asked)
     (pairs,) = source.pairs([here])
     moved = Poses(here.points + 1e-4 * (1 + 1j) * np.arange(6), here.angles)
@@ -115,11 +106,11 @@ def test_a_root_is_followed_and_comes_back():
 def test_tolerances_that_do_not_fit_are_refused(free, words):
     poses, _ = four_bar_poses(np.random.default_rng(1), 6)
     with pytest.raises(TaskError, match=words):
-        task(poses, 4, free=free)
+        mixed_task(poses, 4, free=free)
 
 
 def test_positions_are_poses_then_points():
     poses, _ = four_bar_poses(np.random.default_rng(1), 6)
-    asked = task(poses, 4)
+    asked = mixed_task(poses, 4)
     assert np.allclose(positions_of(asked).points, poses.points)
     assert len(asked.poses[BODY]) == 4 and not positions_of(asked).angles[4:].any()
