@@ -19,8 +19,10 @@ from solvers.points import SAME, pairs_of_equals
 #: An end is a root when the last Newton step there is below this, relative …
 LAST_STEP = 1e-8
 #: … and no unknown is larger than this, in units of the typical size: a relative test alone accepts diverging
-#: paths.
+#: paths. With 32 digits a step as small as the second number cannot come from one; roots of chains of three links
+#: are as large as 1e11.
 LARGEST = 1e8
+SURE, LARGEST_SURE = 1e-14, 1e14
 #: The ladder for paths that are lost: tighter steps with pivoting, then 32 digits, then both.
 _RUNGS: tuple[Callable[[], tuple[Settings, dict[str, Any]]], ...] = (
     lambda: (Settings().tighter(), {"pivoted": True}),
@@ -98,16 +100,19 @@ def carry_each(
             break
         settings, options = rung()
         done = track(again, settings, **options)
-        x[again], good[again] = done.x, _arrived(done, typical)
+        x[again], good[again] = done.x, _arrived(done, typical, "arithmetic" in options)
     if ladder:  # what still ends together has been mistaken for one another; one of them is right
         rows = np.flatnonzero(good)
         good[rows[np.unique(pairs_of_equals(x[rows], SAME)[:, 1])]] = False
     return x, good
 
 
-def _arrived(done: Tracked, typical: float) -> np.ndarray:
-    size = np.abs(done.x).max(axis=1)
-    return np.asarray((done.status == REACHED) & (done.quality < LAST_STEP) & (size < LARGEST * typical))
+def _arrived(done: Tracked, typical: float, precise: bool = False) -> np.ndarray:
+    size = np.abs(done.x).max(axis=1) / typical
+    good = (done.quality < LAST_STEP) & (size < LARGEST)
+    if precise:
+        good |= (done.quality < SURE) & (size < LARGEST_SURE)
+    return np.asarray((done.status == REACHED) & good)
 
 
 def _together(x: np.ndarray, good: np.ndarray) -> np.ndarray:

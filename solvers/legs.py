@@ -8,8 +8,8 @@ recapture, Lincoln and Petersen).
 Loops through two places lie in one complex line of parameters, and roots may hardly ever change places there. A
 *detour* leads through a third place, the less like the two the longer the legs have met nothing new.
 
-While roots are still being found a lost path is let go. When legs meet nothing new it goes up a ladder of more careful
-ways: roots so ill-conditioned that double precision never confirms them are lost on every leg.
+While roots are being found a lost path is let go. When hardly any are it goes up a ladder of more careful ways: roots
+so ill-conditioned that double precision never confirms them are lost on every leg.
 """
 
 from __future__ import annotations
@@ -32,9 +32,13 @@ from solvers.tracking import digest, engine_of
 #: Legs without news after which detours are made, and detours without news after which a search has gone quiet.
 QUIET_LEGS = 3
 DETOURS = 3
+#: When as many legs have found no more than this part of the roots, lost paths climb the ladder.
+TRICKLE = 0.005
 #: So many times more of either while one place has a root that the other lacks: the paths to it are lost, although
 #: they climb the ladder then. It may be too large there, or too near another, for good.
 UNEVEN = 2
+#: More roots than this, and paths that are lost on a detour are let go: the ladder would take most of the time.
+MANY = 2_000
 #: Detours are made so many times over where no trace test follows: of 40 runs on chains of two links (370 and 3708
 #: roots) 29 found all with one round and 40 with three, then 198 of 200.
 ROUNDS = 3
@@ -108,9 +112,10 @@ class Search:
         a, b = self.nodes[source], self.nodes[1 - source]
         before, points = len(b.roots), a.roots.points
         ends = points
+        ladder = self.ladder and (detour is None or len(points) <= MANY)
         for start, end, bend in arcs(self.seed, len(self.history), a.parameters, b.parameters, detour):
             self.tracked += len(ends)
-            ends = carry(self.engine, ends, start, end, bend, self.jobs, self.backend, self.typical, self.ladder)
+            ends = carry(self.engine, ends, start, end, bend, self.jobs, self.backend, self.typical, ladder)
         if self.valid is not None:
             ends = ends[self.valid(ends)]
         self.lost += len(points) - len(ends)
@@ -124,7 +129,7 @@ class Search:
         estimate = before * seen / recaptured if recaptured else np.inf
         self.history.append(Leg(len(points), len(ends), new, len(b.roots), float(max(estimate, len(b.roots)))))
         last = self.history[-QUIET_LEGS:]
-        self.ladder = self.ladder or (len(last) == QUIET_LEGS and not any(leg.new for leg in last))
+        self.ladder |= len(last) == QUIET_LEGS and sum(leg.new for leg in last) <= TRICKLE * len(b.roots)
         return self.history[-1]
 
 
