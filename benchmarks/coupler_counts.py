@@ -23,7 +23,7 @@ from mechanisms.families.four_bar_generic import curve_name
 from mechanisms.families.four_bar_sparse import as_curve_roots, nine_point_blocks, sparse_blocks, sparse_system
 from solvers import solve
 from solvers.points import PointSet
-from solvers.regeneration import regenerate
+from solvers.regeneration import Blocks, Cell, regenerate
 from solvers.solutions import Ledger
 from solvers.tracking import Run
 
@@ -31,6 +31,8 @@ from solvers.tracking import Run
 CHOSEN: dict[int, tuple[str, ...]] = {6: ("y_M", "y_N", "g"), 7: ("y_N", "g"), 8: ("g",), 9: ()}
 #: The route with fewer paths.
 ROUTES = {6: "polyhedral", 7: "polyhedral", 8: "regeneration", 9: "regeneration"}
+#: Slices that regeneration tries until no path fails.
+ATTEMPTS = 4
 #: Roots of the two routes are one root when they agree to this, relative.
 SAME = 1e-6
 
@@ -49,7 +51,7 @@ def from_nothing(points: int, seed: int, jobs: int = 1, route: str = "") -> tupl
     chosen, values = CHOSEN[points], parameters(points, seed)
     if (route or ROUTES[points]) == "regeneration":
         blocks = nine_point_blocks() if points == 9 else sparse_blocks(points, chosen)
-        cells = list(regenerate(blocks, values, seed, Run(jobs=jobs)))
+        cells = _cells(blocks, values, seed, jobs)
         roots = cells[-1].points
         sums = {name: sum(getattr(c, name) for c in cells) for name in ("singular", "at_infinity", "failed")}
         account = Ledger(tracked=sum(cell.paths for cell in cells), finite=len(roots), **sums)
@@ -58,6 +60,19 @@ def from_nothing(points: int, seed: int, jobs: int = 1, route: str = "") -> tupl
         found = solve(system, values, start="polyhedral", seed=seed, jobs=jobs, certificates=False)
         roots, account = found.points, found.ledger
     return (roots if points == 9 else as_curve_roots(roots, chosen, values)), account
+
+
+def _cells(blocks: Blocks, values: np.ndarray, seed: int, jobs: int) -> list[Cell]:
+    """Cells without a failed path; if need be on other slices, as a root of an early cell may lie too far out."""
+    for attempt in range(ATTEMPTS):
+        cells = []
+        for cell in regenerate(blocks, values, seed + 1000 * attempt, Run(jobs=jobs)):
+            cells.append(cell)
+            if cell.failed and attempt + 1 < ATTEMPTS:
+                break
+        else:
+            break
+    return cells
 
 
 def by_monodromy(points: int, seed: int, jobs: int = 1) -> np.ndarray:

@@ -35,6 +35,9 @@ from solvers.tracking import Run, track_all
 
 __all__ = ["Blocks", "Cell", "regenerate"]
 
+#: While paths fail, a cell is tracked so many times more from other starts.
+AGAIN = 2
+
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
@@ -154,13 +157,18 @@ class _Work:
         self.rng = np.random.default_rng([self.seed, 2011])
         self.widths = [len(functions) for functions in self.blocks.groups]
         self.slices = [self._random(len(u), w) for u, w in zip(self.blocks.unknowns, self.widths)]
-        self.local = [self._random(self.blocks.locals + 1) for _ in self.blocks.belongs]
-        self.gammas = self._random(len(self.blocks.belongs))
         self.functions = System(
             [f for functions in self.blocks.groups for f in functions],
             self.blocks.system.unknowns[: self.blocks.design],
         )
         self.programs: dict[tuple[int, ...], Program] = {}
+
+        self.fresh()
+
+    def fresh(self) -> None:
+        """New random local forms and γ; the slices stay, as the roots that are known lie on them."""
+        self.local = [self._random(self.blocks.locals + 1) for _ in self.blocks.belongs]
+        self.gammas = self._random(len(self.blocks.belongs))
 
     def _random(self, *shape: int) -> np.ndarray:
         return np.exp(2j * np.pi * self.rng.random(shape))
@@ -206,7 +214,17 @@ class _Work:
 
     # -- from cell to cell ----------------------------------------------------------------------------------
     def next_cell(self, done: int, slices: tuple[int, ...], cells: dict[tuple[int, ...], Cell]) -> Cell:
-        """One block more on the given slices, from the cells with one slice more."""
+        """One block more on the given slices, from the cells with one slice more; again while paths fail."""
+        best = self.tracked(done, slices, cells)
+        for _ in range(AGAIN):
+            if not best.failed:
+                break
+            self.fresh()
+            best = min(best, self.tracked(done, slices, cells), key=lambda cell: cell.failed)
+        return best
+
+    def tracked(self, done: int, slices: tuple[int, ...], cells: dict[tuple[int, ...], Cell]) -> Cell:
+        """All paths to a cell, once."""
         starts = []
         for equation, group in enumerate(self.blocks.belongs):
             if group is None:
