@@ -26,6 +26,7 @@ import itertools
 import json
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -110,8 +111,8 @@ def by_homotopy(exponents: tuple[int, ...], seed: int = 0) -> dict[str, int]:
 
 def real_chains(
     found: Solutions, exponents: tuple[int, ...], seed: int, jobs: int = 1
-) -> tuple[dict[str, int], tuple[NDArray[Any], NDArray[Any]]]:
-    """Roots and real chains for the points of one random known chain, and what the mirror has added to the roots.
+) -> tuple[dict[str, int], Solutions]:
+    """Roots and real chains for the points of one random known chain, and the roots that only the mirror has shown.
 
     Roots with links a hundred thousand times the size of the path, rotations next to one another, are simple but
     singular to sixteen digits: they are computed to more, and counted. A root that failed, or went to a zero rotation,
@@ -143,7 +144,8 @@ def real_chains(
     if not np.any(np.abs(shape - known.links).max(axis=1, initial=0.0) < KNOWN):
         raise AssertionError(f"the known chain {known} is not among {len(real)} real ones")
     row = {"roots": len(roots), "real": len(real), "added": len(alone), "huge": len(huge), "solves": solves}
-    return row, (alone, values)
+    count = np.arange(len(alone))
+    return row, replace(found, points=alone, parameters=values, paths=count, orbit=count)
 
 
 def count(exponents: tuple[int, ...], jobs: int = 1) -> dict[str, Any]:
@@ -154,7 +156,7 @@ def count(exponents: tuple[int, ...], jobs: int = 1) -> dict[str, Any]:
     for seed in range(TASKS):
         task, alone = real_chains(found, exponents, seed, jobs)
         row["tasks"].append(task)
-        if len(alone[0]):
+        if len(alone):
             other = solve(paths.path_system(exponents), found.parameters, start=alone, certificates=False)
             found, _ = paths.united(found, other, paths.path_system(exponents))
     row["complex"] = len(found)
