@@ -37,9 +37,12 @@ from mechanisms.families import chain_paths as paths
 from mechanisms.families.chain import SerialChain
 from mechanisms.families.reality import real_roots
 from solvers import Solutions, solve
+from solvers.carry import carry, random_bend
+from solvers.homotopy import parameter_homotopy
 from solvers.points import PointSet
 from solvers.refine import refine
 from solvers.trace import trace_test
+from solvers.tracking import engine_of
 
 #: Twice the ratios after the first: −3 … 3 in halves without 0 and 1, with which a link is of no use.
 HALVES = [k for k in range(-6, 7) if k not in (0, 2)]
@@ -51,12 +54,13 @@ TESTS = 6
 TRACED = 2_000
 #: Paths of the multihomogeneous homotopy up to which it is followed as well.
 HOMOTOPY = 20_000
-#: Digits of roots that are singular to sixteen.
-DIGITS = 30
 #: Mirror images are found at this distance, relative.
 NEAR = 1e-7
-#: Solves by other ways of one task while roots are missing.
-SOLVES = 3
+#: Arcs to one task while roots are missing.
+ARCS = 6
+#: Roots with links longer than this, in sizes of the path, are computed to so many digits: to sixteen rotations next to
+#: one another are the same.
+HUGE, DIGITS = 1e3, 40
 #: Roots up to which there is more than one run.
 TWICE = 60_000
 #: The known chain is found when its links are, to this, in units of their size.
@@ -114,9 +118,8 @@ def real_chains(
 ) -> tuple[dict[str, int], Solutions]:
     """Roots and real chains for the points of one random known chain, and the roots that only the mirror has shown.
 
-    Roots with links a hundred thousand times the size of the path, rotations next to one another, are simple but
-    singular to sixteen digits: they are computed to more, and counted. A root that failed, or went to a zero rotation,
-    is found by another solve.
+    Roots with links up to 1e11 times the size of the path, rotations next to one another, are carried in 32 digits. A
+    path that is lost is sent along another arc.
     """
     links = len(exponents)
     rng = np.random.default_rng([seed, *map(abs, exponents)])
@@ -126,26 +129,32 @@ def real_chains(
     phi = apart * (np.arange(2 * links + 1) + rng.uniform(-1 / 3, 1 / 3, 2 * links + 1))
     values, size = paths.path_parameters(known.tip(phi - phi[0]))
     system, mirror, roots = paths.path_system(exponents), paths.path_mirror(links), PointSet(4 * links, NEAR)
-    for solves in range(1, SOLVES + 1):
-        way = rng.normal(size=(len(values), 2)) @ [1, 1j]
-        start = found if solves == 1 else solve(system, way, start=found, certificates=False, jobs=jobs)
-        here = solve(system, values, start=start, seed=seed, certificates=False, jobs=jobs)
-        huge = here.singular.points[here.singular.multiplicity == 1]
-        refined = refine(system, huge, values, digits=DIGITS)
-        simple = np.array([[complex(v) for v in x] for x in refined.points]).reshape(len(huge), 4 * links)
-        every = np.concatenate([here.points, simple])
-        roots.add(every[paths.is_rotation(every, links)])
-        alone = mirror.image(roots.points[roots.find(mirror.image(roots.points)) < 0])
-        if len(roots) >= len(found) and not len(alone):
-            break
-    roots.add(alone)
-    real = roots.points[real_roots(roots.points, mirror)]
-    shape = (real[:, :links] + real[:, links : 2 * links].conj()) / 2 * size
+    points = np.zeros((0, 4 * links), np.complex128)
+    engine = engine_of(parameter_homotopy(system.program, found.parameters, values, found.points[:1]))
+    arcs, alone = 0, np.ones(1, bool)
+    while arcs < ARCS and (len(roots) < len(found) or alone.any()):
+        arcs += 1
+        ends = carry(engine, found.points, found.parameters, values, random_bend(rng), jobs, ladder=True)
+        ends = ends[paths.is_rotation(ends, links)]
+        huge = np.abs(ends).max(axis=1) > HUGE
+        refined = refine(system, ends[huge], values, digits=DIGITS).points
+        ends[huge] = np.array([[complex(v) for v in x] for x in refined]).reshape(-1, 4 * links)
+        number, row = np.unique(roots.add(in_units(ends, links)), return_index=True)
+        points = np.concatenate([points, ends[row[number >= len(points)]]])
+        alone = roots.find(mirror.image(roots.points)) < 0
+    real = real_roots(roots.points, mirror)
+    shape = (points[real, :links] + points[real, links : 2 * links].conj()) / 2 * size
     if not np.any(np.abs(shape - known.links).max(axis=1, initial=0.0) < KNOWN):
-        raise AssertionError(f"the known chain {known} is not among {len(real)} real ones")
-    row = {"roots": len(roots), "real": len(real), "added": len(alone), "huge": len(huge), "solves": solves}
-    count = np.arange(len(alone))
-    return row, replace(found, points=alone, parameters=values, paths=count, orbit=count)
+        raise AssertionError(f"the known chain {known} is not among {len(shape)} real ones")
+    every = {"roots": len(roots) + int(alone.sum()), "real": len(shape), "added": int(alone.sum()), "arcs": arcs}
+    count = np.arange(int(alone.sum()))
+    return every, replace(found, points=mirror.image(points[alone]), parameters=values, paths=count, orbit=count)
+
+
+def in_units(points: NDArray[Any], links: int) -> NDArray[Any]:
+    """Roots with links in units of the longest, so that rotations count however long the links are."""
+    size = np.abs(points[:, : 2 * links]).max(axis=1, keepdims=True)
+    return np.concatenate([points[:, : 2 * links] / size, points[:, 2 * links :]], axis=1)
 
 
 def count(exponents: tuple[int, ...], jobs: int = 1) -> dict[str, Any]:
@@ -200,6 +209,7 @@ def in_words(row: dict[str, Any]) -> str:
     real = "/".join(str(task["real"]) for task in row["tasks"])
     lost = "/".join(str(row["complex"] - task["roots"]) for task in row["tasks"])
     missing = f" (roots missing: {lost})" if lost.strip("0/") else ""
+    missing += " (ODD: no pairs of conjugates)" if any((task["roots"] - task["real"]) % 2 for task in row["tasks"]) else ""
     return f"{head} complex {row['complex']:>7} ({agree}{trace}{homotopy}), real {real}{missing}  {ratios}"
 
 

@@ -20,9 +20,9 @@ from solvers.points import SAME, pairs_of_equals
 LAST_STEP = 1e-8
 #: … and no unknown is larger than this, in units of the typical size: a relative test alone accepts diverging
 #: paths. With 32 digits a step as small as the second number cannot come from one; roots of chains of three links
-#: are as large as 1e11.
+#: are as large as 3e14.
 LARGEST = 1e8
-SURE, LARGEST_SURE = 1e-14, 1e14
+SURE, LARGEST_SURE = 1e-12, 1e20
 #: The ladder for paths that are lost: tighter steps with pivoting, then 32 digits, then both.
 _RUNGS: tuple[Callable[[], tuple[Settings, dict[str, Any]]], ...] = (
     lambda: (Settings().tighter(), {"pivoted": True}),
