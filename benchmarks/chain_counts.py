@@ -166,8 +166,7 @@ def count(exponents: tuple[int, ...], jobs: int = 1) -> dict[str, Any]:
         task, alone = real_chains(found, exponents, seed, jobs)
         row["tasks"].append(task)
         if len(alone):
-            other = solve(paths.path_system(exponents), found.parameters, start=alone, certificates=False)
-            found, _ = paths.united(found, other, paths.path_system(exponents))
+            found, _ = paths.united(found, alone, paths.path_system(exponents))
     row["complex"] = len(found)
     if len(found.points) <= TRACED:
         row["trace"] = traced(exponents, found)
@@ -209,7 +208,8 @@ def in_words(row: dict[str, Any]) -> str:
     real = "/".join(str(task["real"]) for task in row["tasks"])
     lost = "/".join(str(row["complex"] - task["roots"]) for task in row["tasks"])
     missing = f" (roots missing: {lost})" if lost.strip("0/") else ""
-    missing += " (ODD: no pairs of conjugates)" if any((task["roots"] - task["real"]) % 2 for task in row["tasks"]) else ""
+    odd = any((task["roots"] - task["real"]) % 2 for task in row["tasks"])
+    missing += " (ODD: not in conjugate pairs)" if odd else ""
     return f"{head} complex {row['complex']:>7} ({agree}{trace}{homotopy}), real {real}{missing}  {ratios}"
 
 

@@ -236,7 +236,7 @@ class _Work:
                 starts.append(np.concatenate([known[rows], np.tile(local, (len(known), 1))], axis=1))
         points = np.concatenate(starts)
         homotopy = self._homotopy(done, slices, points)
-        ends, _ = track_all(homotopy, self.run)
+        ends, _ = track_all(homotopy, self.run, precise=False)  # other starts are cheaper than more digits
         simple = self._simple(homotopy, ends)
         found = np.concatenate([ends.x[ends.kind == REGULAR], simple])
         singular, lost, failed = (int(np.sum(ends.kind == kind)) for kind in (SINGULAR, INFINITE, FAILED))

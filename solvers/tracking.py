@@ -75,11 +75,12 @@ class Run:
 
 
 def track_all(
-    homotopy: Homotopy, run: Run, settings: Settings | None = None, ladder: bool = True
+    homotopy: Homotopy, run: Run, settings: Settings | None = None, ladder: bool = True, precise: bool = True
 ) -> tuple[Ends, dict[str, int]]:
     """Track every path of a homotopy; returns the ends, and how many paths each rung of the ladder saw.
 
-    Without the ladder doubtful paths are only marked as failed. When the user interrupts, the ends found so far
+    Without the ladder doubtful paths are only marked as failed; if it is not `precise`, it ends before its last rung,
+    64 digits, which take seconds for a path. When the user interrupts, the ends found so far
     are returned inside :class:`Interrupted`.
     """
     settings = settings or Settings()
@@ -101,12 +102,12 @@ def track_all(
                 run.checkpoint.append(stage, number, _to_arrays(part))
             done += len(chunks[number])
             run.say(homotopy.name, done, homotopy.starts.count)
-        precise = _Precise(engine, homotopy, ends)
-        rungs = _rungs(engine, homotopy, settings, precise) if ladder else iter(())
+        last = _Precise(engine, homotopy, ends)
+        rungs = _rungs(engine, homotopy, settings, last if precise else None) if ladder else iter(())
         complete = not isinstance(homotopy.starts, Listed)
         used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n), complete)
         if LAST_RUNG in used:
-            used[LAST_RUNG] = precise.tracked
+            used[LAST_RUNG] = last.tracked
     except KeyboardInterrupt:
         ledger.settle(ends)
         raise Interrupted(ends) from None
@@ -178,7 +179,7 @@ def _track_chunk(
 
 
 def _rungs(
-    engine: Engine, homotopy: Homotopy, settings: Settings, precise: _Precise
+    engine: Engine, homotopy: Homotopy, settings: Settings, last: _Precise | None
 ) -> Iterator[tuple[str, Callable[[np.ndarray], Ends]]]:
     """Ever more careful ways to track a path, however careless the first was.
 
@@ -205,8 +206,8 @@ def _rungs(
     yield "in double-double", rung(tight, LOOPS[1], arithmetic="double-double")
     yield "in double-double with tighter steps", rung(tight.tighter(), LOOPS[2], arithmetic="double-double")
     # The precision of Arb numbers is one setting for all threads: nobody else may be at work.
-    if precise.is_worth_it() and threading.current_thread() is threading.main_thread():
-        yield LAST_RUNG, precise
+    if last is not None and last.is_worth_it() and threading.current_thread() is threading.main_thread():
+        yield LAST_RUNG, last
 
 
 class _Precise:

@@ -135,10 +135,14 @@ def united(one: Solutions, other: Solutions, system: System) -> tuple[Solutions,
     The estimate is that of capture and recapture: of the roots of the other that arrive at these displacements, the
     first has found the share of all that it has of all.
     """
-    from solvers import solve
+    from solvers.carry import carry, random_bend
+    from solvers.homotopy import parameter_homotopy
     from solvers.points import PointSet
+    from solvers.tracking import engine_of
 
-    moved = solve(system, one.parameters, start=other, certificates=False).points
+    here, there = one.parameters, other.parameters
+    engine = engine_of(parameter_homotopy(system.program, there, here, other.points[:1]))
+    moved = carry(engine, other.points, there, here, random_bend(np.random.default_rng(len(one))), ladder=True)
     roots = PointSet(one.points.shape[1])
     roots.add(one.points)
     both = int((roots.find(moved) >= 0).sum())
