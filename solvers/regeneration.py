@@ -36,7 +36,7 @@ from solvers.tracking import Run, track_all
 __all__ = ["Blocks", "Cell", "regenerate"]
 
 #: While paths fail, a cell is tracked so many times more from other starts.
-AGAIN = 2
+AGAIN = 1
 
 
 @dataclass(frozen=True, eq=False)
