@@ -61,6 +61,8 @@ ARCS = 6
 #: Roots with links longer than this, in sizes of the path, are computed to so many digits: to sixteen rotations next to
 #: one another are the same.
 HUGE, DIGITS = 1e3, 40
+#: So are those whose mirror image is farther away than the first, but nearer than the second: nearly real ones.
+ROUNDING, NEARLY = 1e-11, 1e-3
 #: Roots up to which there is more than one run.
 TWICE = 60_000
 #: The known chain is found when its links are, to this, in units of their size.
@@ -136,9 +138,11 @@ def real_chains(
         arcs += 1
         ends = carry(engine, found.points, found.parameters, values, random_bend(rng), jobs, ladder=True)
         ends = ends[paths.is_rotation(ends, links)]
-        huge = np.abs(ends).max(axis=1) > HUGE
-        refined = refine(system, ends[huge], values, digits=DIGITS).points
-        ends[huge] = np.array([[complex(v) for v in x] for x in refined]).reshape(-1, 4 * links)
+        units = in_units(ends, links)
+        unlike = np.abs(mirror.image(units) - units).max(axis=1)
+        doubtful = (np.abs(ends).max(axis=1) > HUGE) | ((unlike > ROUNDING) & (unlike < NEARLY))
+        refined = refine(system, ends[doubtful], values, digits=DIGITS).points
+        ends[doubtful] = np.array([[complex(v) for v in x] for x in refined]).reshape(-1, 4 * links)
         number, row = np.unique(roots.add(in_units(ends, links)), return_index=True)
         points = np.concatenate([points, ends[row[number >= len(points)]]])
         alone = roots.find(mirror.image(roots.points)) < 0
