@@ -158,10 +158,13 @@ def _loop_until_complete(
         search.ladder |= uneven and quiet > 1
         if wanted is not None:
             if max(sizes) >= wanted:
-                break
+                search.settle(system)
+                if len(search.fuller().roots) >= wanted:
+                    break
             continue
         if quiet < quiet_enough(uneven, trace) or (not trace and paths < QUIET_PATHS):
             continue
+        search.settle(system)
         if not trace:
             break
         node = search.fuller()
