@@ -30,7 +30,7 @@ from solvers.tracking import Run
 #: What the paper chooses.
 CHOSEN: dict[int, tuple[str, ...]] = {6: ("y_M", "y_N", "g"), 7: ("y_N", "g"), 8: ("g",), 9: ()}
 #: The route with fewer paths.
-ROUTES = {6: "polyhedral", 7: "polyhedral", 8: "regeneration", 9: "regeneration"}
+ROUTES = {6: "polyhedral", 7: "regeneration", 8: "regeneration", 9: "regeneration"}
 #: Slices that regeneration tries until no path fails.
 ATTEMPTS = 4
 #: Roots of the two routes are one root when they agree to this, relative.

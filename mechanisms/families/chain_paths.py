@@ -43,8 +43,9 @@ __all__ = [
 ]
 
 #: Finite roots with nonzero rotations of general points, by the kind of exponents (`kind_of`).  Found with complex
-#: points by monodromy runs that agree, those of two links also by multihomogeneous homotopies whose every path is
-#: accounted for (benchmarks/chain_counts.py).
+#: points by two monodromy runs that agree, and at three tasks each where the mirror image of every root is a root;
+#: those of two links also by multihomogeneous homotopies whose every path is accounted for
+#: (benchmarks/chain_counts.py, which has counted larger kinds, too, by one run).
 ROOT_COUNTS: dict[tuple[int, ...], int] = {
     (-1, 1): 2,
     (1, 2): 20,
@@ -60,6 +61,15 @@ ROOT_COUNTS: dict[tuple[int, ...], int] = {
     (-2, 1, 2): 1360,
     (-1, 1, 3): 3432,
     (-1, 2, 3): 4128,
+    (-2, 1, 3): 4674,
+    (2, 3, 4): 13008,
+    (1, 2, 4): 13648,
+    (-2, -1, 3): 14502,
+    (-2, 2, 3): 23244,
+    (-3, 1, 3): 27752,
+    (-1, 2, 4): 35992,
+    (-2, 1, 4): 39268,
+    (2, 3, 5): 44734,
 }
 #: A rotation of this size is zero: clearing the denominators t_j^p brought it in.
 NOT_A_ROTATION = 1e-6
