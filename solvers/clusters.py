@@ -68,7 +68,7 @@ def with_clusters_resolved(system: System, solutions: Solutions) -> Solutions:
     >>> from solvers import solve
     >>> x = symbols("x")
     >>> near = prod(x - 1 - k * Rational(1, 10**6) for k in range(4))
-    >>> solve(System([near.expand()], [x]), start="total-degree").points.real.ravel().round(9).tolist()
+    >>> sorted(solve(System([near.expand()], [x]), start="total-degree").points.real.ravel().round(9).tolist())
     [1.0, 1.000001, 1.000002, 1.000003]
     """
     ends = solutions.singular
