@@ -54,3 +54,11 @@ def test_listed_starts_are_given_by_number():
 def test_it_prints_well():
     homotopy = parameter_homotopy(System([x**2 - a], [x], [a]).program, [1], [5], np.array([[1.0], [-1.0]]))
     assert repr(homotopy) == "Homotopy(parameter homotopy, 2 paths, 1 unknowns)"
+
+
+def test_samples_come_from_every_part_of_a_list():
+    x, p = sympy.symbols("x p")
+    system = System([x**2 - p], [x], [p])
+    starts = np.repeat([[1.0], [-1.0]], 50, axis=0)
+    points, _ = parameter_homotopy(system.program, [1], [5], starts).samples(3)
+    assert {1.0, -1.0} <= set(points[:, 0].tolist())

@@ -13,7 +13,8 @@ import sympy
 from benchmarks.systems import trammel_seed, trammel_system
 from benchmarks.zoo import ZOO
 from solvers import InvalidSystem, System, monodromy, solve
-from solvers.points import pairs_of_equals
+from solvers.legs import Node, Search
+from solvers.points import PointSet, pairs_of_equals
 from solvers.store import RunFile
 from solvers.tracking import Interrupted
 
@@ -222,3 +223,26 @@ def test_killed_at_any_moment(tmp_path, moment):
 def test_what_cannot_be_looped_is_refused_with_a_sentence(system, start, message):
     with pytest.raises(InvalidSystem, match=message):
         monodromy(system, start=start)
+
+
+def test_a_root_that_is_there_twice_is_counted_once():
+    """A copy that is wrong in its seventh digit is the same root; one that is 1e-5 away is another."""
+    a = sympy.symbols("a")
+    system = System([(x - 1) * (x - a) * (x - 3)], [x], [a])
+    node = Node(np.array([1 + 1e-5 + 0j]), PointSet(1))
+    node.roots.add(np.array([[1.0], [1 + 1e-5], [3.0], [3.0 + 2e-6]], np.complex128))
+    assert len(node.roots) == 4
+    Search(None, [node], None, 0, 1, "threads", 1.0).settle(system)
+    assert np.abs(np.sort(node.roots.points.real.ravel()) - [1, 1 + 1e-5, 3]).max() < 1e-12
+
+
+def test_only_valid_roots_are_kept():
+    """Two of the four roots are on a component of their own, from which a path may come by mistake."""
+    a, b = sympy.symbols("a b")
+    system = System([x * (x**2 + a * x + b), y - x], [x, y], [a, b])
+    point, values = np.array([0.0, 0.0]), np.array([1.0, 2.0])
+    assert len(monodromy(system, start=(point, values), trace=False)) == 1
+    kept = monodromy(
+        system, start=(np.array([1.0, 1.0]), np.array([1.0, -2.0])), valid=lambda p: abs(p[:, 0]) > 1e-9, trace=False
+    )
+    assert len(kept) == 2

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solvers.points import Group, PointSet
+from solvers.points import Group, PointSet, pairs_of_equals
 
 
 @settings(max_examples=60, deadline=None)
@@ -63,3 +63,22 @@ def test_functions_that_are_no_group_are_refused():
         Group([lambda points: points + 1], np.ones((1, 1)), np.zeros(0))
     with pytest.raises(ValueError, match="not finite"):
         Group([lambda points: points * np.nan], np.ones((1, 1)), np.zeros(0))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_pairs_and_members_against_all_distances(seed):
+    """Points of sizes from a thousandth to a thousand million, some twice within the tolerance, some just outside."""
+    rng = np.random.default_rng(seed)
+    base = (rng.normal(size=(60, 3)) + 1j * rng.normal(size=(60, 3))) * 10.0 ** rng.uniform(-3, 9, (60, 1))
+    size = np.abs(base).max(axis=1, keepdims=True)
+    turned = np.exp(2j * np.pi * rng.random((60, 3)))
+    points = np.concatenate([base, base + 0.4e-7 * size * turned, base[:20] + 3e-7 * size[:20] * turned[:20]])
+    distance = np.abs(points[:, None] - points[None]).max(axis=2)
+    largest = np.abs(points).max(axis=1)
+    close = distance <= 1e-7 * np.maximum(largest[:, None], largest[None])
+    wanted = {(i, j) for i, j in np.argwhere(close).tolist() if i < j}
+    assert set(map(tuple, pairs_of_equals(points, 1e-7).tolist())) == wanted and len(wanted) >= 60
+    known = PointSet(3)
+    known.add(base)
+    found = known.find(points)
+    assert (found[:120] == np.tile(np.arange(60), 2)).all() and (found[120:] < 0).all()
