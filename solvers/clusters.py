@@ -25,6 +25,7 @@ from solvers.arithmetic import balls
 from solvers.arithmetic.values import exact_parameters
 from solvers.certify import certify
 from solvers.local import magnitudes, relative_weights
+from solvers.simple_ends import with_roots_added
 from solvers.solutions import Singular, Solutions
 from solvers.system import System
 
@@ -78,7 +79,7 @@ def with_clusters_resolved(system: System, solutions: Solutions) -> Solutions:
         return solutions
     exact = exact_parameters(system, solutions.parameters)
     points, kept = ends.points.copy(), np.ones(len(ends), bool)
-    simple, multiple, degrees = [solutions.points], [points[:0]], [ends.multiplicity[:0]]
+    simple, multiple, degrees = [points[:0]], [points[:0]], [ends.multiplicity[:0]]
     for k in np.flatnonzero(wanted).tolist():
         reduction = _Reduction(system, exact, ends.points[k], solutions.parameters)
         found, degree = reduction.roots(int(ends.multiplicity[k]))
@@ -91,30 +92,16 @@ def with_clusters_resolved(system: System, solutions: Solutions) -> Solutions:
                 simple.append(proof.boxes.midpoints)
                 multiple.append(found[degree > 1])
                 degrees.append(degree[degree > 1])
-    own, more = np.concatenate(simple), np.concatenate(degrees)
+    fresh, more = np.concatenate(simple), np.concatenate(degrees)
     singular = Singular(
         np.concatenate([points[kept], *multiple]),
         np.concatenate([ends.multiplicity[kept], more]),
         np.concatenate([ends.winding[kept], more]),  # where s(t) has a zero of order m, t^m and r go to zero together
         np.concatenate([ends.dimension[kept], np.ones_like(more)]),
     )
-    fresh = len(own) - len(solutions.points)
-    if not fresh:
+    if not len(fresh):
         return replace(solutions, singular=singular)
-    certificate = certify(system, own, solutions.parameters)
-    twice = certificate.representative[len(solutions.points) :] != np.arange(len(solutions.points), len(own))
-    if np.any(twice):
-        return solutions  # some of them are roots that other paths have found: nothing is settled
-    account = solutions.ledger
-    return replace(
-        solutions,
-        points=own,
-        singular=singular,
-        paths=np.concatenate([solutions.paths, np.full(fresh, -1)]),
-        ledger=replace(account, finite=account.finite + fresh, singular=account.singular - fresh),
-        certificate=certificate if solutions.certificate is not None else None,
-        orbit=None,
-    )
+    return with_roots_added(system, solutions, fresh, singular)
 
 
 @dataclass(frozen=True, eq=False)

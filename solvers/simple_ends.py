@@ -63,20 +63,28 @@ def with_simple_ends(system: System, solutions: Solutions) -> Solutions:
     simple, midpoints = simple_ends(system, ends.points[single], solutions.parameters)
     if not simple.any():
         return solutions
-    simple = single[simple]
-    points = np.concatenate([solutions.points, midpoints])
+    kept = np.setdiff1d(np.arange(len(ends)), single[simple])
+    left = Singular(*(part[kept] for part in (ends.points, ends.multiplicity, ends.winding, ends.dimension)))
+    return with_roots_added(system, solutions, midpoints, left)
+
+
+def with_roots_added(system: System, solutions: Solutions, roots: np.ndarray, singular: Singular) -> Solutions:
+    """The same solutions, with roots that singular ends have turned out to be, and the singular ends that are left.
+
+    They are given back as they are where one of these roots is another path's: then nothing is settled.
+    """
+    points = np.concatenate([solutions.points, roots])
     whole = certify(system, points, solutions.parameters)
     new = np.arange(len(solutions.points), len(points))
     if np.any(whole.representative[new] != new):
-        return solutions  # some of them are roots that other paths have found: nothing is settled
-    kept = np.setdiff1d(np.arange(len(ends)), simple)
+        return solutions
     account = solutions.ledger
     return replace(
         solutions,
         points=points,
-        singular=Singular(*(part[kept] for part in (ends.points, ends.multiplicity, ends.winding, ends.dimension))),
-        paths=np.concatenate([solutions.paths, np.full(len(simple), -1)]),
-        ledger=replace(account, finite=account.finite + len(simple), singular=account.singular - len(simple)),
+        singular=singular,
+        paths=np.concatenate([solutions.paths, np.full(len(roots), -1)]),
+        ledger=replace(account, finite=account.finite + len(roots), singular=account.singular - len(roots)),
         certificate=whole if solutions.certificate is not None else None,
         orbit=None,
     )
