@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers import parallel
 from solvers.arithmetic import double_double
 from solvers.arithmetic.double_double import DoubleDouble
 from solvers.carry import carry, carry_each, random_bend
@@ -154,7 +155,9 @@ class Curve:
         residual = float((np.abs(sums[0] - 2 * sums[1] + sums[2]) / size).max())
         if residual >= enough:
             return residual
-        exact = [self._exact_sums(known, k) for k, known in enumerate(fibres)]
+        tasks = [(k, (known, k)) for k, known in enumerate(fibres)]
+        found = dict(parallel.run(self._exact_sums, tasks, jobs, "threads"))
+        exact = [found[k] for k in range(len(fibres))]
         return max(float(abs(complex(a - b - b + c)) / part) for a, b, c, part in zip(*exact, size))
 
     def _exact_sums(self, points: np.ndarray, k: int) -> list[DoubleDouble]:
