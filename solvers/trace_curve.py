@@ -17,7 +17,7 @@ from solvers.kernel.engine import Engine
 from solvers.legs import gaussian, sizes
 from solvers.points import SAME, Group, PointSet, pairs_of_equals
 from solvers.refine import newton_double_double
-from solvers.system import System
+from solvers.system import System, evaluate
 from solvers.tracking import engine_of
 
 #: With no more roots than this u is a random combination of all unknowns: the extra points cost little then.
@@ -163,7 +163,13 @@ class Curve:
     def _exact_sums(self, points: np.ndarray, k: int) -> list[DoubleDouble]:
         """Sums of u, t and ut over points where s has made k steps, in double-double."""
         place = DoubleDouble(self.base) + DoubleDouble(k * self.speed)
-        x, _ = newton_double_double(self.program, self.engine.program, DoubleDouble(points), place)
+        x, slopes = DoubleDouble(points), evaluate(self.engine.program, points, place.hi)[1]
+        try:
+            for _ in range(2):  # the first step gives most of the digits, the second what a large condition has cost
+                F = double_double.replay(self.program, x, place)["F"]
+                x = x - np.linalg.solve(slopes, F.hi[..., None])[..., 0]
+        except np.linalg.LinAlgError:  # one of them is singular to all digits
+            x, _ = newton_double_double(self.program, self.engine.program, DoubleDouble(points), place)
         t = x[:, -1]
         if self.u_of is None:
             weighted = x[:, : len(self.weights)] * DoubleDouble(self.weights)
