@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from solvers.points import combined
+
 # Classes of a finished path.
 REGULAR, SINGULAR, INFINITE, FAILED = range(4)
 NAMES = ("finite", "singular", "at infinity", "failed")
@@ -73,4 +75,4 @@ def fingerprints(x: np.ndarray, floor: float) -> np.ndarray:
     rng = np.random.default_rng(1991)
     first, second = rng.normal(size=(2, x.shape[1])) + 1j * rng.normal(size=(2, x.shape[1]))
     size = np.abs(x) + max(floor, 1e-300)
-    return np.asarray(np.log(size) @ first + (x / size) @ second)
+    return combined(np.log(size), first) + combined(x / size, second)

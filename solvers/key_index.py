@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from solvers.points import SAME
+from solvers.points import SAME, combined
 
 #: Sorted runs are merged when the next is not this many times larger: few runs to search, few copies of each key.
 GROWTH = 4
@@ -78,8 +78,8 @@ class KeyIndex:
         return fresh
 
     def _keys(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values = points @ self._functionals
-        keys = np.stack([values[:, 0].real, values[:, 0].imag, values[:, 1].real, values[:, 1].imag])
+        values = [combined(points, functional) for functional in self._functionals.T]
+        keys = np.stack([part for value in values for part in (value.real, value.imag)])
         return keys, self.tolerance * np.abs(points).max(axis=1, initial=0.0)
 
 

@@ -1,4 +1,4 @@
-"""Chunks of paths through joblib: threads where the kernel runs without the interpreter's lock, or processes.
+"""Chunks of paths on all cores: threads where the kernel runs without the interpreter's lock, or joblib's processes.
 
 Chunks are cut by the number of paths alone and results are put together by chunk number, so the answer does not
 depend on the number of workers. A chunk that is finished is handed over at once (to the run file, to the
@@ -55,11 +55,13 @@ def run(
         for number, arguments in tasks:
             yield number, function(*arguments)
         return
+    if backend == "threads":
+        yield from _on_threads(function, tasks, jobs)
+        return
     from joblib import Parallel, delayed
 
     with _backend(backend, jobs):
-        kind = {"threads": "threading", "processes": "loky"}.get(backend)
-        options: dict[str, Any] = {"backend": kind} if kind else {}
+        options: dict[str, Any] = {"backend": "loky"} if backend == "processes" else {}
         workers = Parallel(n_jobs=jobs, return_as="generator_unordered", **options)
         yield from workers(delayed(_numbered)(function, number, arguments) for number, arguments in tasks)
 
@@ -68,9 +70,25 @@ def _numbered(function: Callable[..., Any], number: int, arguments: tuple[Any, .
     return number, function(*arguments)
 
 
+def _on_threads(
+    function: Callable[..., Any], tasks: Sequence[tuple[int, tuple[Any, ...]]], jobs: int
+) -> Iterator[tuple[int, Any]]:
+    """joblib looks for finished chunks every ten milliseconds, which is longer than many chunks take; this waits."""
+    from concurrent.futures import ThreadPoolExecutor, as_completed
+
+    with ThreadPoolExecutor(min(jobs, len(tasks))) as pool:
+        waiting = [pool.submit(_numbered, function, number, arguments) for number, arguments in tasks]
+        try:
+            for done in as_completed(waiting):
+                yield done.result()
+        finally:
+            for future in waiting:  # after an error or an interruption those that have not begun never do
+                future.cancel()
+
+
 @contextmanager
 def _backend(name: str, jobs: int) -> Iterator[None]:
-    if name in ("threads", "processes"):
+    if name == "processes":
         yield
         return
     from joblib import parallel_config

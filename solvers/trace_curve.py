@@ -15,7 +15,7 @@ from solvers.graph import Builder
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.legs import gaussian, sizes
-from solvers.points import SAME, Group, PointSet, pairs_of_equals
+from solvers.points import SAME, Group, PointSet, combined, pairs_of_equals
 from solvers.refine import newton_double_double
 from solvers.system import System, evaluate
 from solvers.tracking import engine_of
@@ -26,6 +26,8 @@ FEW_ROOTS = 32
 ON_THE_LINE = 1e-7
 #: Rounds along other arcs for points that were lost while s moved.
 AGAIN = 8
+#: Points whose sums a worker takes at once: what is known of them fits into its own memory.
+AT_ONCE = 1024
 
 
 class Curve:
@@ -95,7 +97,7 @@ class Curve:
     def u(self, points: np.ndarray) -> np.ndarray:
         """The function u at points (x, …)."""
         if self.u_of is None:
-            return np.asarray(points[:, : len(self.weights)] @ self.weights)
+            return combined(points[:, : len(self.weights)], self.weights)
         return np.asarray(self.u_of.replay([], list(points.T[: self.u_of.parameters]))["F"][0])
 
     def move(self, points: np.ndarray, start: np.ndarray, end: np.ndarray, jobs: int = 1) -> np.ndarray:
@@ -155,13 +157,19 @@ class Curve:
         residual = float((np.abs(sums[0] - 2 * sums[1] + sums[2]) / size).max())
         if residual >= enough:
             return residual
-        tasks = [(k, (known, k)) for k, known in enumerate(fibres)]
-        found = dict(parallel.run(self._exact_sums, tasks, jobs, "threads"))
-        exact = [found[k] for k in range(len(fibres))]
+        exact = self._exact_sums(fibres, jobs)
         return max(float(abs(complex(a - b - b + c)) / part) for a, b, c, part in zip(*exact, size))
 
-    def _exact_sums(self, points: np.ndarray, k: int) -> list[DoubleDouble]:
-        """Sums of u, t and ut over points where s has made k steps, in double-double."""
+    def _exact_sums(self, fibres: list[np.ndarray], jobs: int) -> list[list[DoubleDouble]]:
+        """Sums of u, t and ut over the points where s has made 0, 1, … steps, in double-double."""
+        parts = [(k, x[n : n + AT_ONCE]) for k, x in enumerate(fibres) for n in range(0, len(x), AT_ONCE)]
+        sums = [[DoubleDouble(0)] * 3 for _ in fibres]
+        found = dict(parallel.run(self._partial_sums, list(enumerate(parts)), jobs))
+        for number, (k, _) in enumerate(parts):  # in order, so that the rounding does not depend on the workers
+            sums[k] = [total + part for total, part in zip(sums[k], found[number])]
+        return sums
+
+    def _partial_sums(self, k: int, points: np.ndarray) -> list[DoubleDouble]:
         place = DoubleDouble(self.base) + DoubleDouble(k * self.speed)
         x, slopes = DoubleDouble(points), evaluate(self.engine.program, points, place.hi)[1]
         try:
