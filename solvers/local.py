@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+from functools import cache
 
 import numpy as np
 
-from solvers.replay import sizes
+from solvers.replay import compiled_loops, sizes
 from solvers.system import evaluate
 from solvers.tape import Program
 
@@ -31,12 +32,41 @@ def newton_step(
         Estimate of the scaled condition number, from the solution for one random right-hand side: seldom more than
         a few times too small, for the price of nothing.
     """
+    weights = relative_weights(points, typical)
+    loops = compiled_loops("newton_sweep")
+    if loops is None:
+        return _step_by_numpy(program, points, parameters, weights)
+    step = np.empty(points.shape, np.complex128)
+    size, condition = np.empty((2, len(points)))
+    loops.newton_steps(
+        program.code,
+        np.concatenate([parameters, np.zeros(len(parameters)), program.constant_values]).astype(np.complex128),
+        np.ascontiguousarray(points, np.complex128),
+        weights,
+        program.outputs["F"],
+        program.outputs["J"],
+        program.pattern,
+        _phases(points.shape[1]),
+        step,
+        size,
+        condition,
+    )
+    return step, size, np.where(np.isfinite(condition), condition, np.inf)
+
+
+@cache
+def _phases(count: int) -> np.ndarray:
+    return np.asarray(np.exp(2j * np.pi * np.random.default_rng(1).random(count)))
+
+
+def _step_by_numpy(
+    program: Program, points: np.ndarray, parameters: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     with np.errstate(all="ignore"):
         F, J = evaluate(program, points, parameters)
-        weights, rows = relative_weights(points, typical), magnitudes(program, points, parameters, typical)
+        rows = _magnitudes_at(program, weights, parameters)
         scaled = J * weights[:, None, :] / rows[:, :, None]
-        phases = np.exp(2j * np.pi * np.random.default_rng(1).random(F.shape[1]))
-        right = np.stack([F / rows, np.broadcast_to(phases, F.shape)], axis=2)
+        right = np.stack([F / rows, np.broadcast_to(_phases(F.shape[1]), F.shape)], axis=2)
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
     solved = np.full(right.shape, np.inf, np.complex128)
     with np.errstate(all="ignore"):
@@ -88,5 +118,8 @@ def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray, typical:
     multiple of the rounding unit times this; unlike the largest entry of its gradient it does not vanish at a
     singular root.
     """
-    point = relative_weights(x, typical)
-    return np.maximum(sizes(program, point, np.abs(parameters)), 1e-300)
+    return _magnitudes_at(program, relative_weights(x, typical), parameters)
+
+
+def _magnitudes_at(program: Program, weights: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    return np.maximum(sizes(program, weights, np.abs(parameters)), 1e-300)

@@ -31,6 +31,67 @@ def _inverse(z):
     return complex(ratio / whole, -1 / whole)
 
 
+@njit(nogil=True, error_model="numpy")
+def run(code, slots, inputs, width):
+    """Run the instructions on the first columns of the slots, in which the inputs stand."""
+    for k in range(code.shape[0]):
+        op, a, b, c = code[k, 0], slots[code[k, 1]], slots[code[k, 2]], slots[code[k, 3]]
+        out = slots[inputs + k]
+        if op == FMA:
+            for j in range(width):
+                out[j] = a[j] * b[j] + c[j]
+        elif op == MUL:
+            for j in range(width):
+                out[j] = a[j] * b[j]
+        elif op == ADD:
+            for j in range(width):
+                out[j] = a[j] + b[j]
+        elif op == FNMA:
+            for j in range(width):
+                out[j] = c[j] - a[j] * b[j]
+        elif op == SUB:
+            for j in range(width):
+                out[j] = a[j] - b[j]
+        elif op == FMS:
+            for j in range(width):
+                out[j] = a[j] * b[j] - c[j]
+        elif op == SQR:
+            for j in range(width):
+                out[j] = a[j] * a[j]
+        elif op == NEG:
+            for j in range(width):
+                out[j] = -a[j]
+        else:
+            for j in range(width):
+                out[j] = _inverse(a[j])
+
+
+@njit(nogil=True, error_model="numpy")
+def run_sizes(code, slots, inputs, width):
+    """The same on sizes: every difference made a sum."""
+    for k in range(code.shape[0]):
+        op, a, b, c = code[k, 0], slots[code[k, 1]], slots[code[k, 2]], slots[code[k, 3]]
+        out = slots[inputs + k]
+        if op == FMA or op == FMS or op == FNMA:
+            for j in range(width):
+                out[j] = a[j] * b[j] + c[j]
+        elif op == MUL:
+            for j in range(width):
+                out[j] = a[j] * b[j]
+        elif op == ADD or op == SUB:
+            for j in range(width):
+                out[j] = a[j] + b[j]
+        elif op == SQR:
+            for j in range(width):
+                out[j] = a[j] * a[j]
+        elif op == NEG:
+            for j in range(width):
+                out[j] = a[j]
+        else:
+            for j in range(width):
+                out[j] = 1 / max(a[j], 1e-300)
+
+
 @njit(nogil=True, cache=True, error_model="numpy")
 def values(code, still, points, wanted, result):
     """Outputs of a program at complex points.
@@ -60,36 +121,7 @@ def values(code, still, points, wanted, result):
             if own:
                 for k in range(still.shape[0]):
                     slots[unknowns + k, j] = still[k, first + j]
-        for k in range(code.shape[0]):
-            op, a, b, c = code[k, 0], slots[code[k, 1]], slots[code[k, 2]], slots[code[k, 3]]
-            out = slots[inputs + k]
-            if op == FMA:
-                for j in range(width):
-                    out[j] = a[j] * b[j] + c[j]
-            elif op == MUL:
-                for j in range(width):
-                    out[j] = a[j] * b[j]
-            elif op == ADD:
-                for j in range(width):
-                    out[j] = a[j] + b[j]
-            elif op == FNMA:
-                for j in range(width):
-                    out[j] = c[j] - a[j] * b[j]
-            elif op == SUB:
-                for j in range(width):
-                    out[j] = a[j] - b[j]
-            elif op == FMS:
-                for j in range(width):
-                    out[j] = a[j] * b[j] - c[j]
-            elif op == SQR:
-                for j in range(width):
-                    out[j] = a[j] * a[j]
-            elif op == NEG:
-                for j in range(width):
-                    out[j] = -a[j]
-            else:
-                for j in range(width):
-                    out[j] = _inverse(a[j])
+        run(code, slots, inputs, width)
         for k in range(wanted.shape[0]):
             row = slots[wanted[k]]
             for j in range(width):
@@ -109,27 +141,7 @@ def sizes(code, still, points, wanted, result):
         for j in range(width):
             for k in range(unknowns):
                 slots[k, j] = points[first + j, k]
-        for k in range(code.shape[0]):
-            op, a, b, c = code[k, 0], slots[code[k, 1]], slots[code[k, 2]], slots[code[k, 3]]
-            out = slots[inputs + k]
-            if op == FMA or op == FMS or op == FNMA:
-                for j in range(width):
-                    out[j] = a[j] * b[j] + c[j]
-            elif op == MUL:
-                for j in range(width):
-                    out[j] = a[j] * b[j]
-            elif op == ADD or op == SUB:
-                for j in range(width):
-                    out[j] = a[j] + b[j]
-            elif op == SQR:
-                for j in range(width):
-                    out[j] = a[j] * a[j]
-            elif op == NEG:
-                for j in range(width):
-                    out[j] = a[j]
-            else:
-                for j in range(width):
-                    out[j] = 1 / max(a[j], 1e-300)
+        run_sizes(code, slots, inputs, width)
         for k in range(wanted.shape[0]):
             row = slots[wanted[k]]
             for j in range(width):
