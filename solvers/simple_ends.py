@@ -30,6 +30,7 @@ SINGULAR_FOR_SURE = 1e14
 NOTHING = 1e-19
 #: Rounds of balancing: each halves the logarithms of what is left to do.
 ROUNDS = 40
+TWICE = "a singular end is proved to be a simple root that another path has found: one of the two has lost its own"
 
 
 def with_simple_ends(system: System, solutions: Solutions) -> Solutions:
@@ -71,13 +72,14 @@ def with_simple_ends(system: System, solutions: Solutions) -> Solutions:
 def with_roots_added(system: System, solutions: Solutions, roots: np.ndarray, singular: Singular) -> Solutions:
     """The same solutions, with roots that singular ends have turned out to be, and the singular ends that are left.
 
-    They are given back as they are where one of these roots is another path's: then nothing is settled.
+    Where one of these roots is another path's, all stay as they are but the verdict: to a simple root leads one path,
+    and the other has lost its own.
     """
     points = np.concatenate([solutions.points, roots])
     whole = certify(system, points, solutions.parameters)
     new = np.arange(len(solutions.points), len(points))
     if np.any(whole.representative[new] != new):
-        return solutions
+        return replace(solutions, complete=False, evidence="; ".join(filter(None, (solutions.evidence, TWICE))))
     account = solutions.ledger
     return replace(
         solutions,

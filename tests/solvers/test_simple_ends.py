@@ -56,11 +56,13 @@ def test_multiple_roots_stay_singular():
     assert with_simple_ends(system, alone) is alone
 
 
-def test_a_root_that_is_known_already_is_not_added_again():
+def test_a_root_that_is_known_already_is_not_added_again_and_says_that_one_is_missing():
     system = System([x**2 - 2, y - x], [x, y])
     whole = solve(system)
     twice = replace(split(whole, [0]), points=whole.points)
-    assert with_simple_ends(system, twice) is twice
+    found = with_simple_ends(system, twice)
+    assert len(found) == 2 and len(found.singular) == 1
+    assert found.complete is False and "lost its own" in found.evidence
 
 
 def test_other_shapes_and_windings_are_left_alone():
