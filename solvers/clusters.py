@@ -11,6 +11,9 @@ give their number and their power sums (L. M. Delves, J. N. Lyness, *A numerical
 analytic function*, Math. Comp. 21, 1967), and these a polynomial with just these zeros. If they have a common place, to
 more digits than double-double would have, the root is multiple, and known to full accuracy. If not, and Krawczyk's test
 proves a simple root for each and all of them distinct, these take the place of the singular end.
+
+Where the kernel is larger nothing of this is needed: on the way to four or eight roots about a point at which the whole
+Jacobian nearly vanishes paths part at larger radii, and the ladder tells all of them apart.
 """
 
 from __future__ import annotations

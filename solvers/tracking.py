@@ -14,7 +14,7 @@ import numpy as np
 
 from solvers import ledger, parallel
 from solvers.endgame import finish
-from solvers.ends import FAILED, Ends
+from solvers.ends import FAILED, SINGULAR, Ends
 from solvers.homotopy import Homotopy, Listed
 from solvers.kernel.engine import Engine, make_engine
 from solvers.kernel.reference import Settings
@@ -102,9 +102,9 @@ def track_all(
                 run.checkpoint.append(stage, number, _to_arrays(part))
             done += len(chunks[number])
             run.say(homotopy.name, done, homotopy.starts.count)
-        last = _Precise(engine, homotopy, ends)
-        rungs = _rungs(engine, homotopy, settings, last if precise else None) if ladder else iter(())
         complete = not isinstance(homotopy.starts, Listed)
+        last = _Precise(engine, homotopy, ends, complete)
+        rungs = _rungs(engine, homotopy, settings, last if precise else None) if ladder else iter(())
         used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n), complete)
         if LAST_RUNG in used:
             used[LAST_RUNG] = last.tracked
@@ -211,19 +211,21 @@ def _rungs(
 
 
 class _Precise:
-    """The last rung: 64 digits, for paths that were lost on their way.
+    """The last rung: 64 digits, for paths that were lost on their way, or wind in numbers that do not fit.
 
-    A path that was seen at the first radius of the endgame and failed later is left alone, unless it was growing: at a
-    finite end a limit does not settle, or paths are many to one end, and no number of digits helps.
+    These have been taken round several of a few roots that are as near to one another as the smallest radius tells
+    apart; with more digits there are smaller ones. A path that was seen at the first radius of the endgame and failed
+    later is left alone, unless it was growing: at a finite end a limit does not settle, or paths are many to one end,
+    and no number of digits helps.
     """
 
-    def __init__(self, engine: Engine, homotopy: Homotopy, ends: Ends) -> None:
-        self.engine, self.homotopy, self.ends = engine, homotopy, ends
+    def __init__(self, engine: Engine, homotopy: Homotopy, ends: Ends, complete: bool = False) -> None:
+        self.engine, self.homotopy, self.ends, self.complete = engine, homotopy, ends, complete
         self.tracked = 0
 
     def wanted(self) -> np.ndarray:
         """Rows that need the digits."""
-        rows = ledger.doubtful(self.ends)
+        rows = ledger.doubtful(self.ends, self.complete)
         late = (self.ends.kind[rows] == FAILED) & np.isfinite(self.ends.mark[rows]) & ~self.ends.leaving[rows]
         return np.asarray(rows[~late])
 
@@ -240,13 +242,13 @@ class _Precise:
         part = Ends(**kept, ticks=np.zeros(len(rows), np.int64), why=why)
         needed = np.flatnonzero(np.isin(rows, self.wanted()))
         options = _Options(self.engine, {"arithmetic": "multiprecision"})
-        growing = self.ends.leaving[rows[needed]]
+        deep = self.ends.leaving[rows[needed]] | (self.ends.kind[rows[needed]] == SINGULAR)
         far = self.homotopy
         if far.smallest < ALL_DIGITS:
             far = replace(far, smallest=FAR_DEEPEST)
         for homotopy, chunk, endgame in (
-            (self.homotopy, needed[~growing], ()),
-            (far, needed[growing], (FAR_LOOPS, FAR_DEEPEST)),
+            (self.homotopy, needed[~deep], ()),
+            (far, needed[deep], (FAR_LOOPS, FAR_DEEPEST)),
         ):
             if chunk.size:
                 again = _track_chunk(options, homotopy, rows[chunk], Settings(), *endgame)  # type: ignore[arg-type]

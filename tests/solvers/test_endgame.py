@@ -1,5 +1,7 @@
 """The ends of paths: multiple roots, roots close together, at the origin, far out and at infinity."""
 
+import itertools
+
 import numpy as np
 import pytest
 import sympy
@@ -136,6 +138,58 @@ def test_three_roots_a_millionth_apart_are_told_apart():
 @pytest.mark.slow
 def test_clusters_on_a_thousand_seeds():
     check_clusters(range(1000))
+
+
+def forms_near_a_point(unknowns, distance, seed):
+    """Quadratic forms about a point with random coefficients, its linear terms and constant shrunk by a distance."""
+    rng = np.random.default_rng([seed, len(unknowns)])
+    place = [sympy.Rational(k + 1, 3) for k in range(len(unknowns))]
+    away = [v - p for v, p in zip(unknowns, place)]
+
+    def number():
+        return sympy.Rational(int(rng.integers(1, 10)) * int(rng.choice([-1, 1])), int(rng.integers(2, 10)))
+
+    pairs = list(itertools.combinations_with_replacement(away, 2))
+    return [
+        sympy.expand(
+            sum(number() * a * b for a, b in pairs)
+            + distance * sum(number() * a for a in away)
+            + distance**2 * number()
+        )
+        for _ in unknowns
+    ]
+
+
+def check_forms(unknowns, seeds):
+    """As many simple roots as Bézout's number a millionth apart, the whole Jacobian small there, or one multiple."""
+    for seed in seeds:
+        solutions = solve(System(forms_near_a_point(unknowns, CLOSE, seed), unknowns), seed=seed, start="total-degree")
+        assert len(solutions) == 2 ** len(unknowns) == solutions.certificate.distinct, seed
+        assert solutions.complete and not len(solutions.singular), seed
+        solutions = solve(System(forms_near_a_point(unknowns, 0, seed), unknowns), seed=seed, start="total-degree")
+        assert not len(solutions) and solutions.singular.multiplicity.tolist() == [2 ** len(unknowns)], seed
+        assert solutions.singular.dimension.tolist() == [len(unknowns)]
+
+
+@pytest.mark.parametrize("unknowns", [[x, y], [x, y, z]])
+def test_clusters_where_the_whole_jacobian_nearly_vanishes(unknowns):
+    check_forms(unknowns, range(5))
+
+
+def test_a_cluster_that_needs_more_digits_than_thirty_two():
+    """At the smallest radius of double-double a path still winds with another: their roots are 3e-7 apart."""
+    u, v = x - 1, y - 1
+    equations = [sympy.expand(u**2 - 3 * v**2 + CLOSE * v), sympy.expand(u * (v + 2 * CLOSE))]
+    for seed in range(5):
+        solutions = solve(System(equations, [x, y]), seed=seed, start="total-degree")
+        assert len(solutions) == 4 == solutions.certificate.distinct and solutions.complete
+        expected = [-np.sqrt(14), 0, 0, np.sqrt(14)]
+        assert np.abs(np.sort(solutions.points[:, 0].real - 1) / 1e-6 - expected).max() < 1e-6
+
+
+@pytest.mark.slow
+def test_clusters_where_the_whole_jacobian_nearly_vanishes_on_a_thousand_seeds():
+    check_forms([x, y], range(1000))
 
 
 @pytest.mark.parametrize("seed", [0, 2])
