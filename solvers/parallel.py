@@ -25,13 +25,13 @@ class BackendError(ValueError):
     """The parallel backend asked for is not there; the message says what to install."""
 
 
-def cut(count: int) -> list[np.ndarray]:
+def cut(count: int, smallest: int = SMALLEST_CHUNK) -> list[np.ndarray]:
     """The numbers 0 … count-1 in chunks.
 
     >>> [len(chunk) for chunk in cut(600)]
     [256, 256, 88]
     """
-    size = int(np.clip(-(-count // CHUNKS), SMALLEST_CHUNK, LARGEST_CHUNK))
+    size = int(np.clip(-(-count // CHUNKS), smallest, LARGEST_CHUNK))
     return [np.arange(k, min(k + size, count)) for k in range(0, count, size)]
 
 

@@ -30,6 +30,8 @@ FEW_FAR_PATHS = 128
 #: Largest radii of the endgame's loops on the rungs. Roots near to each other are told apart the later one loops, but
 #: paths to ill-conditioned roots at infinity are lost sooner than that: each has a rung in double-double.
 LOOPS = (2e-6, 1.0, 2e-10)
+#: Paths of a chunk on the rungs: each takes some ten or hundred times as long as in the first pass.
+CAREFUL_CHUNK = 32
 #: The smallest radius of the endgame in double-double arithmetic.
 DEEPEST = 1e-26
 #: On the last rung loops begin here and end there. Until then a path that grows is only followed: where a root lies so
@@ -104,7 +106,7 @@ def track_all(
             run.say(homotopy.name, done, homotopy.starts.count)
         complete = not isinstance(homotopy.starts, Listed)
         last = _Precise(engine, homotopy, ends, complete)
-        rungs = _rungs(engine, homotopy, settings, last if precise else None) if ladder else iter(())
+        rungs = _rungs(engine, homotopy, settings, run, last if precise else None) if ladder else iter(())
         used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n), complete)
         if LAST_RUNG in used:
             used[LAST_RUNG] = last.tracked
@@ -164,7 +166,7 @@ def digest(homotopy: Homotopy) -> str:
 
 
 def _track_chunk(
-    engine: Engine, homotopy: Homotopy, chunk: np.ndarray, settings: Settings, *endgame: float
+    engine: Engine | _Options, homotopy: Homotopy, chunk: np.ndarray, settings: Settings, *endgame: float
 ) -> Ends:
     return finish(
         engine,
@@ -179,7 +181,7 @@ def _track_chunk(
 
 
 def _rungs(
-    engine: Engine, homotopy: Homotopy, settings: Settings, last: _Precise | None
+    engine: Engine, homotopy: Homotopy, settings: Settings, run: Run, last: _Precise | None
 ) -> Iterator[tuple[str, Callable[[np.ndarray], Ends]]]:
     """Ever more careful ways to track a path, however careless the first was.
 
@@ -188,10 +190,24 @@ def _rungs(
     ``tests/solvers/test_near_infinity.py``, with paths that come within 1e-12 of infinity and arrive).
     """
 
-    def rung(how: Settings, first_loop: float, **options: Any) -> Callable[[np.ndarray], Ends]:
-        careful: Any = _Options(engine, options)
-        deepest = DEEPEST if "arithmetic" in options else 1.0
-        return lambda rows: _track_chunk(careful, homotopy, rows, how, first_loop, deepest)
+    def rung(
+        name: str, how: Settings, first_loop: float, **options: Any
+    ) -> tuple[str, Callable[[np.ndarray], Ends]]:
+        endgame = (first_loop, DEEPEST if "arithmetic" in options else 1.0)
+
+        def track(rows: np.ndarray) -> Ends:
+            ends = _empty(len(rows), homotopy.program.unknowns)
+            chunks = parallel.cut(len(rows), CAREFUL_CHUNK)
+            careful = _Options(engine, options)
+            tasks = [(n, (careful, homotopy, rows[chunk], how, *endgame)) for n, chunk in enumerate(chunks)]
+            done = 0
+            for number, part in parallel.run(_track_chunk, tasks, run.jobs, run.backend):
+                ends.replace(chunks[number], part)
+                done += len(chunks[number])
+                run.say(name, done, len(rows))
+            return ends
+
+        return name, track
 
     usual = Settings()
     tight = replace(
@@ -202,9 +218,9 @@ def _rungs(
         largest_step=min(settings.largest_step, usual.largest_step),
         ticks=max(settings.ticks, usual.ticks),
     ).tighter()
-    yield "with tighter steps", rung(tight, LOOPS[0], pivoted=True)
-    yield "in double-double", rung(tight, LOOPS[1], arithmetic="double-double")
-    yield "in double-double with tighter steps", rung(tight.tighter(), LOOPS[2], arithmetic="double-double")
+    yield rung("with tighter steps", tight, LOOPS[0], pivoted=True)
+    yield rung("in double-double", tight, LOOPS[1], arithmetic="double-double")
+    yield rung("in double-double with tighter steps", tight.tighter(), LOOPS[2], arithmetic="double-double")
     # The precision of Arb numbers is one setting for all threads: nobody else may be at work.
     if last is not None and last.is_worth_it() and threading.current_thread() is threading.main_thread():
         yield LAST_RUNG, last
@@ -251,7 +267,7 @@ class _Precise:
             (far, needed[deep], (FAR_LOOPS, FAR_DEEPEST)),
         ):
             if chunk.size:
-                again = _track_chunk(options, homotopy, rows[chunk], Settings(), *endgame)  # type: ignore[arg-type]
+                again = _track_chunk(options, homotopy, rows[chunk], Settings(), *endgame)
                 part.replace(chunk, again)
         self.tracked += len(needed)
         return part

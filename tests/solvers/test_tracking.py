@@ -8,7 +8,7 @@ import sympy
 from nasty_files import FOLDER, read
 
 from benchmarks.zoo import ZOO
-from solvers import System, tracking
+from solvers import System, solve, tracking
 from solvers.ends import FAILED, REGULAR
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.reference import Settings
@@ -182,3 +182,17 @@ def test_ends_that_do_not_settle_are_left_alone_on_the_last_rung():
     assert precise.tracked == 3 and part.kind.tolist() == [REGULAR, REGULAR, FAILED, REGULAR]
     assert part.why == {2: "undecided"} and part.ticks[2] == 0
     assert np.abs(np.delete(part.x - expected, 2, axis=0)).max() < 1e-12
+
+
+def test_the_ladder_uses_all_workers_and_says_how_far_it_is():
+    system, said = ZOO["boon"].build(), []
+    solve(system, start="total-degree", certificates=False)  # loads the kernel
+    alone, together = (
+        solve(system, start="total-degree", certificates=False, jobs=jobs, progress=lambda *line: said.append(line))
+        for jobs in (1, 2)
+    )
+    assert alone.ledger.rungs == together.ledger.rungs and np.array_equal(alone.points, together.points)
+    climbing = alone.ledger.rungs["in double-double"]
+    assert climbing > tracking.CAREFUL_CHUNK
+    steps = [done for what, done, total in said if (what, total) == ("in double-double", climbing)]
+    assert len(steps) == 6 and steps[::3] == [0, 0] and steps[2::3] == [climbing, climbing]
