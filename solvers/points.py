@@ -51,10 +51,10 @@ class PointSet:
         found = np.full(len(points), -1, np.int64)
         if not len(self.points) or not len(points):
             return found
-        reach = self.tolerance * np.abs(points).max(axis=1)
-        for rows, at in windows(self._keys, combined(sizeless(points), self._functional), 2 * self.tolerance):
+        size, keys = keys_of(points, self._functional)
+        for rows, at in windows(self._keys, keys, 2 * self.tolerance):
             numbers = self._order[at]
-            same = np.abs(points[rows] - self.points[numbers]).max(axis=1) <= reach[rows]
+            same = np.abs(points[rows] - self.points[numbers]).max(axis=1) <= self.tolerance * size[rows]
             found[rows[same][::-1]] = numbers[same][::-1]  # the first one is written last
         return found
 
@@ -69,9 +69,10 @@ class PointSet:
             position = len(self.points) + np.cumsum(own) - 1
             numbers[new] = position[first]
             self.points = np.concatenate([self.points, fresh[own]])
-            keys = combined(sizeless(self.points), self._functional).real
-            self._order = np.argsort(keys, kind="stable")
-            self._keys = keys[self._order]
+            keys = np.concatenate([self._keys, keys_of(fresh[own], self._functional)[1]])
+            order = np.argsort(keys, kind="stable")  # two sorted runs, nearly
+            self._order = np.concatenate([self._order, np.arange(len(self._order), len(keys))])[order]
+            self._keys = keys[order]
         return numbers
 
 
@@ -86,13 +87,13 @@ def pairs_of_equals(
     if count < 2:
         return np.zeros((0, 2), np.int64)
     relative = np.broadcast_to(np.asarray(tolerance, float), (count,))
-    allowed = relative * np.maximum(np.abs(points).max(axis=1), floor)
-    keys = combined(sizeless(points, floor), functional(size, seed))
-    order = np.argsort(keys.real, kind="stable")
+    sizes, keys = keys_of(points, functional(size, seed), floor)
+    allowed = relative * sizes
+    order = np.argsort(keys, kind="stable")
     pairs = []
-    for i, at in windows(keys.real[order], keys, 2 * relative):
-        j = order[at]
-        i, j = i[i != j], j[i != j]
+    for place, at in windows(keys[order], keys[order], 2 * relative[order]):
+        other = place != at
+        i, j = order[place[other]], order[at[other]]
         close = np.abs(points[i] - points[j]).max(axis=1) <= np.maximum(allowed[i], allowed[j])
         pairs.append(np.sort(np.stack([i[close], j[close]], axis=1), axis=1))
     found = np.concatenate(pairs)
@@ -118,21 +119,31 @@ def combined(points: np.ndarray, weights: Any) -> np.ndarray:
     return np.asarray(np.einsum("...j,j->...", points, weights))
 
 
-def sizeless(points: np.ndarray, floor: float = 1e-300) -> np.ndarray:
-    """Points in units of their own size: two that are t apart, relative to either, are at most 2 t apart then."""
-    return points / np.maximum(np.abs(points).max(axis=1, initial=0.0), floor)[:, None]
+def keys_of(
+    points: np.ndarray, functional: np.ndarray, floor: float = 1e-300
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes of points, at least `floor`, and real numbers that are nearly equal for points that are, shape (n,) each.
+
+    The numbers are values of a functional at the points in units of their own sizes: two that are t apart, relative to
+    either, are at most 2 t apart then.
+    """
+    size = np.maximum(np.abs(points).max(axis=1, initial=0.0), floor)
+    return size, combined(points, functional).real / size
 
 
 def windows(
     keys: np.ndarray, wanted: np.ndarray, reach: np.ndarray | float
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Which sorted keys are within reach of the real parts of others, block by block: rows of `wanted`, places.
+    """Which sorted keys are within reach of others, block by block: rows of `wanted`, places.
 
     Rows do not decrease, and each row's places are in order.
     """
-    reach = np.asarray(reach) + 1e-15  # rounding of the values
-    low = np.searchsorted(keys, wanted.real - reach)
-    counts = np.searchsorted(keys, wanted.real + reach, side="right") - low
+    reach = np.broadcast_to(np.asarray(reach) + 1e-15, wanted.shape)  # rounding of the values
+    order = np.argsort(wanted)  # a million searches in order take a tenth of the time of searches here and there
+    low, counts = np.empty((2, len(wanted)), np.int64)
+    low[order] = np.searchsorted(keys, (wanted - reach)[order])
+    counts[order] = np.searchsorted(keys, (wanted + reach)[order], side="right")
+    counts -= low
     ends = np.cumsum(counts)
     first = 0
     while first < len(wanted):

@@ -116,7 +116,7 @@ def real_roots(
     >>> real_roots(np.array([[2.0 + 0j], [1j], [0.5 + 0j]]), UNIT_NUMBERS).tolist()
     [False, True, False]
     """
-    from solvers.points import combined, functional, sizeless, windows
+    from solvers.points import functional, keys_of, windows
 
     real = np.zeros(len(points), dtype=bool)
     if not len(points):
@@ -126,10 +126,10 @@ def real_roots(
     own = np.abs(images - points).max(axis=1, initial=0.0)
     near = np.flatnonzero(own <= tolerance * scale)
     key = functional(points.shape[1])
-    keys = combined(sizeless(points, 1.0), key).real
+    keys = keys_of(points, key, 1.0)[1]
     order = np.argsort(keys)
     real[near] = True
-    for rows, at in windows(keys[order], combined(sizeless(images[near], 1.0), key), 3 * own[near] / scale[near]):
+    for rows, at in windows(keys[order], keys_of(images[near], key, 1.0)[1], 3 * own[near] / scale[near]):
         rows = near[rows]  # a neighbour that is nearer to the image than the root itself
         real[rows[np.abs(points[order[at]] - images[rows]).max(axis=1, initial=0.0) < own[rows]]] = False
     return real
