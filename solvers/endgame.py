@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends, fingerprints
+from solvers.ends import FAILED, INFINITE, PRECISE, REGULAR, SINGULAR, Ends, fingerprints
 from solvers.kernel.reference import DIVERGED, PAUSED, REACHED, STATUS, Settings
 from solvers.limits import AGREE, EXACT, ROUNDING, VANISHES, Refined, Target, constant_part
 from solvers.local import CONFIRMED, ORIGIN, newton, newton_step, relative_weights
@@ -297,7 +297,7 @@ class _Walk:
         self.ends.x[rows], self.ends.winding[rows], self.ends.kind[rows] = x, turns, kind
 
     def _close_simple(self, rows: np.ndarray, limits: Refined, own: np.ndarray) -> None:
-        self.ends.condition[rows[own]] = 1.0 if self.precise else limits.condition[own]
+        self.ends.condition[rows[own]] = PRECISE if self.precise else limits.condition[own]
         self.ends.x[rows[own]] = limits.points[own]
         self.ends.kind[rows[own]] = REGULAR
 

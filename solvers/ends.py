@@ -10,6 +10,8 @@ from solvers.points import combined
 
 # Classes of a finished path.
 REGULAR, SINGULAR, INFINITE, FAILED = range(4)
+#: In place of a condition number: the end is known to all digits of a double.
+PRECISE = 0.0
 NAMES = ("finite", "singular", "at infinity", "failed")
 
 
@@ -27,7 +29,7 @@ class Ends:
         0 where no loop was needed.
     condition : ndarray
         Scaled condition number of the Jacobian at a finite end, as far as it makes it uncertain which root that
-        is: one for paths that were led there in more than double precision.
+        is: `PRECISE` for paths that were led there in more than double precision.
     ticks : ndarray of int
     why : dict of int to str
         Row to what happened, for the failed.

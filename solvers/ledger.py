@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.ends import FAILED, REGULAR, SINGULAR, Ends
+from solvers.ends import FAILED, PRECISE, REGULAR, SINGULAR, Ends
 from solvers.local import ORIGIN
 from solvers.points import pairs_of_equals
 
@@ -27,6 +27,8 @@ from solvers.points import pairs_of_equals
 SAME_ROOT = 1e-9
 #: The uncertainty of an end is about the rounding unit times its condition number; ten times that is kept.
 UNCERTAINTY = 2e-15
+#: Ends that were led there and refined in more than double precision are known to its rounding, whatever the condition.
+KNOWN = 1e-14
 #: Marks of two paths that agree to this precision, relative, are of one path.
 SAME_PATH = 1e-8
 #: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
@@ -56,10 +58,18 @@ def groups_of_singular(x: np.ndarray, typical: float) -> list[np.ndarray]:
 
 
 def broken_cycles(ends: Ends) -> np.ndarray:
-    """Rows of singular ends with winding number m whose number is no multiple of m."""
+    """Rows of singular ends with winding number m whose number is no multiple of m, or that end beside a regular root.
+
+    A single path leads to no multiple root; it may lead to a curve of roots, but none of these is beside a regular one.
+    """
     rows = np.flatnonzero(ends.kind == SINGULAR)
     broken = [np.zeros(0, np.int64)]
-    for group in groups_of_singular(ends.x[rows], ends.typical):
+    groups = groups_of_singular(ends.x[rows], ends.typical)
+    single = rows[np.array([group[0] for group in groups if len(group) == 1], np.int64)]
+    both = np.concatenate([single, np.flatnonzero(ends.kind == REGULAR)])
+    pairs = pairs_of_equals(ends.x[both], SAME_SINGULAR, floor=max(BESIDE_ZERO * ends.typical, 1e-300))
+    broken.append(np.unique(both[pairs[(pairs[:, 0] < len(single)) & (pairs[:, 1] >= len(single)), 0]]))
+    for group in groups:
         turns, counts = np.unique(ends.winding[rows[group]], return_counts=True)
         for m, count in zip(turns.tolist(), counts.tolist()):
             if m and count % m:
@@ -75,7 +85,8 @@ def clashing(ends: Ends) -> np.ndarray:
 def _clashes(ends: Ends) -> np.ndarray:
     """Pairs of rows (i, j), i < j, that clash, shape (pairs, 2)."""
     rows = np.flatnonzero(ends.kind == REGULAR)
-    tolerance = np.maximum(SAME_ROOT, UNCERTAINTY * ends.condition[rows])
+    condition = ends.condition[rows]
+    tolerance = np.where(condition == PRECISE, KNOWN, np.maximum(SAME_ROOT, UNCERTAINTY * condition))
     pairs = rows[pairs_of_equals(ends.x[rows], tolerance, floor=max(ORIGIN * ends.typical, 1e-300))]
     marked = np.flatnonzero(np.isfinite(ends.mark) & (ends.kind != FAILED))
     crossed = marked[pairs_of_equals(ends.mark[marked, None], SAME_PATH, floor=1.0)]

@@ -12,6 +12,7 @@ import numpy as np
 
 from solvers.arithmetic import double_double
 from solvers.arithmetic.double_double import DoubleDouble
+from solvers.krawczyk import inverses
 from solvers.local import magnitudes, newton_step, relative_weights
 from solvers.refine import newton_double_double
 from solvers.system import evaluate
@@ -45,6 +46,9 @@ CLUSTER = 1e-4
 EXACT = 1e-13
 #: Last step in double-double of a Newton iteration that converges quadratically.
 QUADRATIC = 1e-18
+#: One that goes by halves to a root with a coordinate zero takes steps as small as any. But there a further step,
+#: times the condition number, stays near 1/4 or more; at a simple root rounding alone leaves it below 1e-3.
+HALVING = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +131,22 @@ class Target:
         if reach is None:  # a limit is known to its rounding error, which is the larger the worse the condition
             reach = np.maximum(AGREE, 10 * ROUNDING * condition)
         quadratic = (errors < QUADRATIC) & (condition < HOPELESS)
+        near = np.flatnonzero(quadratic)
+        if near.size:
+            points = DoubleDouble(refined.hi[near], refined.lo[near])
+            quadratic[near] = condition[near] * self._further_step(points) < HALVING
         simple = quadratic & (way < reach)
         return Refined(refined.hi, condition, simple, simple | (quadratic & (way < CLUSTER)))
+
+    def _further_step(self, points: DoubleDouble) -> np.ndarray:
+        """Newton steps with residuals in double-double, each unknown beside its own size, shape (n,)."""
+        residual = double_double.replay(self.equations, points, self.parameters)["F"].hi
+        _, J = evaluate(self.program, points.hi, self.parameters)
+        size = magnitudes(self.program, points.hi, self.parameters, self.typical)
+        scaled = J * relative_weights(points.hi, self.typical)[:, None, :] / size[:, :, None]
+        with np.errstate(all="ignore"):
+            steps = inverses(scaled) @ (residual / size)[:, :, None]
+        return np.asarray(np.abs(steps[:, :, 0]).max(axis=1))
 
     def is_infinite(self, direction: np.ndarray) -> np.ndarray:
         """Whether limit directions are roots at infinity: there the terms of highest degree cancel.

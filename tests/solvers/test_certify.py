@@ -33,6 +33,14 @@ def test_wilkinson_roots_are_certified_real_and_distinct(degree, bits):
     assert np.all(np.abs(result.boxes.midpoints - roots) <= result.boxes.radii)
 
 
+def test_a_tiny_imaginary_part_does_not_hide_that_the_real_one_is_noise():
+    """Six roots 1e-7 apart: at 128 bits the real part of F is rounding, its imaginary part 1e-158 and exact."""
+    system = System([expand(prod(x - 1 - k * Rational(1, 10**7) for k in range(6)))], [x])
+    points = 1 + 1e-7 * np.arange(6)[:, None] + 1e-124j * np.array([[1], [-2], [3], [-4], [5], [-6]])
+    result = certify(system, points, max_bits=1024)
+    assert (result.count, result.distinct, int(result.real.sum())) == (6, 6, 6)
+
+
 def test_every_box_holds_its_exact_root():
     """Roots of random products of linear factors are known exactly: each lies in its inclusion box."""
     rng = np.random.default_rng(5)

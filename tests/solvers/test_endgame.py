@@ -135,6 +135,19 @@ def test_three_roots_a_millionth_apart_are_told_apart():
     check_clusters(range(5))
 
 
+@pytest.mark.parametrize("digits", [7, 9, 10, 12])
+@pytest.mark.parametrize("count", [2, 4, 6])
+def test_clusters_far_smaller_than_that(digits, count):
+    """Nearer than ends of double precision may be: known to all digits, two roots 1e-12 apart are two."""
+    distance = sympy.Rational(1, 10**digits)
+    equation = sympy.expand(sympy.prod([x - 1 - k * distance for k in range(count)]))
+    for seed in range(3):
+        solutions = solve(System([equation], [x]), seed=seed, start="total-degree")
+        assert len(solutions) == count == solutions.certificate.distinct and solutions.complete
+        found = (np.sort(solutions.points[:, 0].real) - 1) / float(distance)
+        assert np.abs(found - np.arange(count)).max() < 1e-2
+
+
 @pytest.mark.slow
 def test_clusters_on_a_thousand_seeds():
     check_clusters(range(1000))

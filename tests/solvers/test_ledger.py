@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.zoo import ZOO
-from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends, fingerprints
+from solvers.ends import FAILED, INFINITE, PRECISE, REGULAR, SINGULAR, Ends, fingerprints
 from solvers.kernel.reference import Settings
-from solvers.ledger import clashing, climb, doubtful, settle
+from solvers.ledger import broken_cycles, clashing, climb, doubtful, settle
 from solvers.points import pairs_of_equals
 from solvers.solve import homotopy_for
 from solvers.tracking import Run, track_all
@@ -184,3 +184,19 @@ def test_without_a_ladder_clashes_count_as_failed():
     ends, used = track_all(homotopy, Run(), CARELESS, ladder=False)
     assert used == {} and np.any(ends.kind == FAILED)
     assert sorted(ends.why) == np.flatnonzero(ends.kind == FAILED).tolist()
+
+
+def test_a_lone_singular_end_beside_a_regular_root_is_doubtful():
+    """To a multiple root lead several paths; a curve of roots does not pass a regular one."""
+    points = [1.0, 1 + 1e-7, 5.0, 7.0, 7.0, 7 + 1e-7]
+    beside = ends_at(points, [REGULAR, SINGULAR, SINGULAR, SINGULAR, SINGULAR, REGULAR])
+    beside.winding[:] = [0, 1, 1, 2, 2, 0]
+    assert broken_cycles(beside).tolist() == [1]
+    assert doubtful(beside, complete=True).tolist() == [1] and not len(doubtful(beside))
+
+
+def test_ends_known_to_all_digits_may_be_nearer_than_others():
+    near = [1.0, 1 + 1e-12]
+    assert clashing(ends_at(near)).tolist() == [0, 1]
+    assert clashing(ends_at(near, condition=PRECISE)).tolist() == []
+    assert clashing(ends_at([1.0, 1 + 1e-15], condition=PRECISE)).tolist() == [0, 1]
