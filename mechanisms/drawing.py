@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from mechanisms.linkage import Linkage
+    from mechanisms.rails import Rail
     from mechanisms.task import Task
 
 __all__ = [
@@ -21,13 +23,13 @@ __all__ = [
     "bodies",
     "fit",
     "ground",
-    "guides",
     "link_colours",
     "links",
     "names",
     "page",
     "paths",
     "round_order",
+    "slides",
 ]
 
 #: Colours that stay apart for colour-blind eyes (Okabe and Ito, 2008), black left for lines.
@@ -102,10 +104,27 @@ def paths(ax: Axes, linkage: Linkage, points: Mapping[str, Any], strength: float
         ax.plot(points[point].real, points[point].imag, color=colours.get(link, INK), **style)
 
 
-def guides(linkage: Linkage) -> list[tuple[str | complex, str, complex]]:
-    """Where something slides: a point, the link that guides it, and the direction in pose 0."""
-    found: list[tuple[str | complex, str, complex]] = [(s.at, s.link_a, s.direction) for s in linkage.sliders]
-    return found + [(slot.point, slot.link, slot.direction) for slot in linkage.slots]
+def slides(
+    ax: Axes,
+    linkage: Linkage,
+    rails: Sequence[Rail],
+    places: Mapping[str, complex],
+    rotations: Mapping[str, float],
+) -> list[Any]:
+    """Guides and slots over their whole length, with what joins them to the pivots of a moving link."""
+    colours = link_colours(linkage)
+    joints = {p for _, _, p in linkage.revolute_joints()}
+    drawn: list[Any] = []
+    for rail in rails:
+        x, y = _xy([complex(end) for end in rail.ends(linkage, places, rotations)])
+        drawn += ax.plot(x, y, color=INK, linewidth=6, alpha=0.25, solid_capstyle="round", zorder=4)
+        if rail.link == GROUND:
+            continue
+        for name in joints.intersection(linkage.links[rail.link]):
+            foot, _ = replace(rail, first=rail.foot(linkage.points[name])).ends(linkage, places, rotations)
+            x, y = _xy([complex(places[name]), complex(foot)])
+            drawn += ax.plot(x, y, color=colours[rail.link], linewidth=2.2, zorder=4)
+    return drawn
 
 
 def links(
@@ -113,10 +132,8 @@ def links(
     linkage: Linkage,
     places: Mapping[str, complex],
     strength: float = 1.0,
-    size: float = 1.0,
-    rotations: Mapping[str, float] | None = None,
 ) -> list[Any]:
-    """The moving links with their pins and guides; without these, behind the others, when drawn faintly."""
+    """The moving links with their pins; without these, behind the others, when drawn faintly."""
     from matplotlib.patches import Polygon
 
     colours = link_colours(linkage)
@@ -139,12 +156,6 @@ def links(
         drawn += ax.plot(x, y, color=colours[link], linewidth=width, alpha=strength, zorder=order, **round_ends)
     if strength < 1:
         return drawn
-    turned = rotations or {}
-    for point, link, direction in guides(linkage):
-        at = complex(places[point]) if isinstance(point, str) else point
-        along = direction * np.exp(1j * turned.get(link, 0.0)) * BODY * size
-        x, y = _xy([at - along, at + along])
-        drawn += ax.plot(x, y, color=INK, linewidth=6, alpha=0.25, solid_capstyle="round", zorder=order)
     pins = sorted({p for _, _, p in linkage.revolute_joints()} - set(linkage.links[GROUND]))
     if pins:
         x, y = _xy([complex(places[p]) for p in pins])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import csv
 import io
 import json
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechanisms import drawing
 from mechanisms.linkage import GROUND
+from mechanisms.rails import design_rails
 
 if TYPE_CHECKING:
     from mechanisms.designs import Design
@@ -27,6 +29,8 @@ DXF_UNITS = {"in": 1, "inch": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6, "km": 7, "um
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, "dm": 100.0, "um": 1e-3, "µm": 1e-3}
 #: Pins and frames are drawn in this part of the linkage's size.
 PIN = 0.008
+#: How far a guide goes on beyond what slides on it, as a part of the linkage's size.
+RAIL = 0.03
 
 
 def export_design(design: Design, path: str | Path, task: Task | None = None) -> None:
@@ -68,7 +72,7 @@ def _dxf(design: Design, linkage: Linkage, path: Path) -> None:
     except ImportError:
         from mechanisms.task import TaskError
 
-        raise TaskError("DXF needs the package ezdxf; install everylinkage[cad]") from None
+        raise TaskError("DXF needs the package ezdxf; pip install ezdxf") from None
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = DXF_UNITS.get(linkage.length_unit.strip().lower(), 0)
     space = document.modelspace()
@@ -86,6 +90,9 @@ def _dxf(design: Design, linkage: Linkage, path: Path) -> None:
                 z = linkage.points[name]
                 radius = PIN * size * (1.6 if link == GROUND else 1.0)
                 space.add_circle((z.real, z.imag), radius, dxfattribs={"layer": layer})
+    for rail in design_rails(design, RAIL * size):
+        first, last = rail.first, rail.last
+        space.add_line((first.real, first.imag), (last.real, last.imag), dxfattribs={"layer": _layer(rail.link)})
     document.layers.add("names", color=7)
     for name, z in linkage.points.items():
         words = space.add_text(name, height=2 * PIN * size, dxfattribs={"layer": "names"})
@@ -104,7 +111,9 @@ def _dxf(design: Design, linkage: Linkage, path: Path) -> None:
 
 def _svg(design: Design, linkage: Linkage) -> str:
     """A drawing in true size: one user unit is one length unit, y upwards; one group for each link."""
-    left, right, bottom, top = drawing.fit([list(linkage.points.values())])
+    slides = design_rails(design, RAIL * _size(linkage))
+    corners = [*linkage.points.values(), *(z for rail in slides for z in (rail.first, rail.last))]
+    left, right, bottom, top = drawing.fit([corners])
     wide, high = right - left, top - bottom
     millimetres = MILLIMETRES.get(linkage.length_unit.strip().lower())
     page = f' width="{wide * millimetres:.6g}mm" height="{high * millimetres:.6g}mm"' if millimetres else ""
@@ -128,6 +137,10 @@ def _svg(design: Design, linkage: Linkage) -> str:
                 z = linkage.points[name]
                 radius = pin * (1.6 if link == GROUND else 1.0)
                 lines.append(f'<circle cx="{z.real:.9g}" cy="{z.imag:.9g}" r="{radius:.6g}"/>')
+        for rail in slides:
+            if rail.link == link:
+                ends = " ".join(f"{z.real:.9g},{z.imag:.9g}" for z in (rail.first, rail.last))
+                lines.append(f'<polyline points="{ends}"/>')
         lines.append("</g>")
     lines += ["</g>", f'<g font-family="sans-serif" font-size="{3 * pin:.6g}" fill="#222222">']
     for name, z in linkage.points.items():
@@ -136,7 +149,7 @@ def _svg(design: Design, linkage: Linkage) -> str:
 
 
 def _csv(design: Design, linkage: Linkage) -> str:
-    """Points of every pose, then lengths, then parameters: one table, one kind of row in each line."""
+    """Points of every pose, then lengths, slides (a place on the line, its direction), parameters."""
     out = io.StringIO()
     writer = csv.writer(out)
     unit = linkage.length_unit
@@ -149,6 +162,9 @@ def _csv(design: Design, linkage: Linkage) -> str:
             writer.writerow(["rotation", _safe(link), number, "", "", _text(math.degrees(angle)), "deg"])
     for pair, length in design.links.items():
         writer.writerow(["length", _safe(pair), "", "", "", _text(length), _safe(unit)])
+    for rail in design_rails(design, _size(linkage)):  # the margin gives a direction where nothing slides far
+        middle, angle = (rail.first + rail.last) / 2, math.degrees(cmath.phase(rail.last - rail.first))
+        writer.writerow(["slide", _safe(rail.link), 0, _text(middle.real), _text(middle.imag), _text(angle), "deg"])
     for name, value in design.parameters.items():
         if isinstance(value, complex):
             writer.writerow(["parameter", _safe(name), "", _text(value.real), _text(value.imag), "", ""])

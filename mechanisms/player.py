@@ -6,7 +6,6 @@ escaped: a title is text, whatever it contains.
 
 from __future__ import annotations
 
-import cmath
 import json
 import math
 from typing import TYPE_CHECKING, Any
@@ -15,10 +14,13 @@ import numpy as np
 
 from mechanisms import drawing
 from mechanisms.linkage import GROUND
+from mechanisms.rails import design_rails
 from mechanisms.travel import Travel, travel
 
 if TYPE_CHECKING:
     from mechanisms.designs import Design
+    from mechanisms.linkage import Linkage
+    from mechanisms.rails import Rail
     from mechanisms.task import Task
 
 __all__ = ["SCRIPT", "STYLE", "embedded", "player_data"]
@@ -84,11 +86,8 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
             for name, path in motion.points.items()
         },
         "guides": [
-            {
-                "at": point if isinstance(point, str) else _pair(point, digits),
-                "angles": _rounded(_angles(motion, link) + cmath.phase(direction), 4),
-            }
-            for point, link, direction in drawing.guides(linkage)
+            _guide(rail, linkage, motion, digits)
+            for rail in design_rails(design, drawing.BODY * size, motion)
         ],
         "ground": [name for name in linkage.links[GROUND] if name in joints],
         "pins": sorted(joints - set(linkage.links[GROUND])),
@@ -102,9 +101,10 @@ def player_data(design: Design, task: Task | None = None, driven: str = "") -> d
     }
 
 
-def _angles(motion: Travel, link: str) -> Any:
-    """Rotations of a link in every frame; the ground does not turn."""
-    return motion.rotations.get(link, np.zeros(len(motion)))
+def _guide(rail: Rail, linkage: Linkage, motion: Travel, digits: int) -> list[list[float]]:
+    """x and y of one end, x and y of the other, in every frame."""
+    ends = [np.broadcast_to(end, len(motion)) for end in rail.ends(linkage, motion.points, motion.rotations)]
+    return [_rounded(part, digits) for end in ends for part in (end.real, end.imag)]
 
 
 def embedded(data: Any) -> str:
@@ -220,9 +220,8 @@ function play(root, data, auto) {
   function draw(k) {
     moving.textContent = "";
     for (const guide of data.guides) {
-      const at = typeof guide.at === "string" ? [data.points[guide.at][0][k], data.points[guide.at][1][k]] :
-      guide.at; const c = 5.5 * u * Math.cos(guide.angles[k]), s = 5.5 * u * Math.sin(guide.angles[k]);
-      make(moving, "line", {x1: at[0] - c, y1: -(at[1] - s), x2: at[0] + c, y2: -(at[1] + s), stroke: "#222",
+      const [x1, y1, x2, y2] = guide.map(path => path[k]);
+      make(moving, "line", {x1: x1, y1: -y1, x2: x2, y2: -y2, stroke: "#222",
         opacity: 0.25, "stroke-width": 2.4 * u, "stroke-linecap": "round"});
     }
     for (const link of data.links) {

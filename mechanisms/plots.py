@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechanisms import drawing
+from mechanisms.rails import design_rails
 from mechanisms.tables import REASONS
 from mechanisms.travel import Travel, travel
 
@@ -60,6 +61,7 @@ def draw_design(design: Design, ax: Axes | None = None, task: Task | None = None
     shown = [z for place in places for z in place.values()]
     box = drawing.fit([shown, *(_paths(linkage, motion) if motion.working else [])])
     size = max(box[1] - box[0], box[3] - box[2])
+    rails = design_rails(design, drawing.BODY * size, motion)
     if ax is None:
         ax = drawing.page(box, linkage.length_unit)
     else:
@@ -70,7 +72,8 @@ def draw_design(design: Design, ax: Axes | None = None, task: Task | None = None
     for number, place in reversed(list(enumerate(later))):
         drawing.links(ax, linkage, place, GHOSTS[0] + (GHOSTS[1] - GHOSTS[0]) * number / max(1, len(later) - 1))
     drawing.bodies(ax, linkage, design.poses, task, size)
-    drawing.links(ax, linkage, places[0], 1.0, size)
+    drawing.slides(ax, linkage, rails, places[0], design.poses[0])
+    drawing.links(ax, linkage, places[0])
     drawing.ground(ax, linkage, size)
     drawing.names(ax, linkage, places[0], size)
     ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left", parse_math=False)
@@ -133,6 +136,7 @@ def _save_gif(design: Design, path: Path, task: Task | None, driven: str) -> Non
     linkage, motion = _linkage(design), travel(design, FRAMES, driven)
     box = drawing.fit(motion.points.values())
     size = max(box[1] - box[0], box[3] - box[2])
+    rails = design_rails(design, drawing.BODY * size, motion)
     ax = drawing.page(box, linkage.length_unit)
     if motion.driven:
         drawing.paths(ax, linkage, motion.points, 0.9)
@@ -150,7 +154,7 @@ def _save_gif(design: Design, path: Path, task: Task | None, driven: str) -> Non
         canvas.restore_region(scenery)
         here = {name: complex(points[frame]) for name, points in motion.points.items()}
         turned = {link: float(angles[frame]) for link, angles in motion.rotations.items()}
-        moving = drawing.links(ax, linkage, here, 1.0, size, turned)
+        moving = drawing.slides(ax, linkage, rails, here, turned) + drawing.links(ax, linkage, here)
         moving += drawing.bodies(ax, linkage, [turned], _poses_only(task), size, named=False)
         for artist in sorted(moving, key=lambda item: item.get_zorder()):
             ax.draw_artist(artist)

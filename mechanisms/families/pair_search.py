@@ -64,9 +64,10 @@ def judge_pairs(poses: Poses, first: DyadPool, second: DyadPool) -> PairTable:
         i, j = index[:, begin : begin + CHUNK]
         fixed, moving = (first.fixed[i], second.fixed[j]), (first.moving[i], second.moving[j])
         ratio = _link_ratio(fixed, moving, (first.kinds[i], second.kinds[j]), poses.size)
-        # a pair that shares a pivot is no four-bar: any other lengths keep the formulas quiet
+        # a pair that shares a pivot is no four-bar: any other lengths keep the formulas quiet (of the task's
+        # size, since 1 added to a large number may be lost to rounding)
         apart = np.isfinite(ratio)
-        fixed, moving = ((a, np.where(apart, b, a + 1 + 1j)) for a, b in (fixed, moving))
+        fixed, moving = ((a, np.where(apart, b, a + (1 + 1j) * poses.size)) for a, b in (fixed, moving))
         parts.append(four_bar_verdicts(poses, fixed, moving))
         ratios.append(ratio)
     sides: list[dict[str, NDArray[Any]]] = []

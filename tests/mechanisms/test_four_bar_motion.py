@@ -87,3 +87,11 @@ def test_repeated_poses_are_refused_by_name():
     poses = [{"x": x, "y": 0.0, "angle_deg": 10.0 * x} for x in (0, 1, 2, 1, 4)]
     with pytest.raises(TaskError, match="pose 1 and pose 3 are the same"):
         Task.from_dict({"mechanism": "four-bar-motion", "poses": poses})
+
+
+def test_a_place_far_beyond_the_others_is_judged_not_lost_to_rounding():
+    rows = [(0.0, 0.0, 0.0), (1e15, 40.0, 20.0), (80.0, 55.0, 55.0), (125.0, 35.0, 90.0)]
+    task = Task.from_dict(
+        {"mechanism": "four-bar-motion", "poses": [{"x": x, "y": y, "angle_deg": a} for x, y, a in rows]}
+    )
+    assert all(np.isfinite(design.worst_pose_error) for design in synthesize(task).designs)
