@@ -8,8 +8,11 @@ else.
 from __future__ import annotations
 
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +26,8 @@ from mechanisms.map_command import map_command
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
+    from types import FrameType
+
     from mechanisms.result import Result
 
 OK, FAILED, WRONG, STOPPED = 0, 1, 2, 3
@@ -258,10 +263,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Errors of the user become one line on standard error and the exit code 2.
     """
+    interrupted: list[int] = []
     try:
-        code = cli.main(
-            args=None if arguments is None else list(arguments), prog_name="everylinkage", standalone_mode=False
-        )
+        with _remembering_interrupts(interrupted):
+            code = cli.main(
+                args=None if arguments is None else list(arguments), prog_name="everylinkage", standalone_mode=False
+            )
         return code if isinstance(code, int) else OK
     except click.exceptions.Exit as stop:
         return stop.exit_code
@@ -277,11 +284,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that closing it says nothing more
         return FAILED
     except Exception as error:
+        if interrupted:  # Ctrl-C was lost in a callback of the compiler, which then stumbled over it
+            say("stopped")
+            return STOPPED
         if _users_fault(error):
             return _refuse(str(error))
         if isinstance(error, OSError) and isinstance(error.filename, str):  # a file that was named, in most cases
             return _refuse(f"cannot use {error.filename}: {error.strerror}")
         raise
+
+
+@contextmanager
+def _remembering_interrupts(seen: list[int]) -> Iterator[None]:
+    """Append to `seen` at every Ctrl-C, which raises KeyboardInterrupt as ever."""
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    ):
+        yield  # the caller has arranged it otherwise
+        return
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        seen.append(number)
+        signal.default_int_handler(number, frame)
+
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def run() -> None:
@@ -318,7 +349,7 @@ def _print_result(result: Result, designs: Sequence[Any], top: int | None, every
     if listed:
         out.print(tables.result_table(listed, result.task.length_unit, out.width))
     elif not designs:
-        out.print("no design")
+        out.print("no design" if result.state == "done" else "no design yet: the run was stopped")
     if len(listed) < len(shown):
         out.print(f"… and {len(shown) - len(listed)} more; --top N shows more", markup=False)
     # what is no root and no linkage says something of the whole task

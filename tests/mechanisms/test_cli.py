@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -264,6 +265,21 @@ def test_control_c_of_the_whole_command(tmp_path):
     out, err = child.communicate(timeout=60)
     assert child.returncode == 3, err
     assert "Traceback" not in err and "stopped" in err and "complex roots" in out
+
+
+def test_control_c_that_a_callback_swallows_is_still_a_stop(call, monkeypatch):
+    """A compiler's callback drops the interruption and then fails for lack of what it was to bring."""
+
+    def compiling(run):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise RuntimeError("no compiled object yet")
+
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(cli, "_load", compiling)
+    code, out, err = call("show", "x.db")
+    assert (code, out, err.strip()) == (3, "", "stopped")
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_unexpected_errors_are_not_hidden(monkeypatch):
