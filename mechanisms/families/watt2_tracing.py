@@ -79,6 +79,24 @@ class WattLinkage:
         a = p["O1"] + self.z1 * np.exp(1j * crank)
         return a + self.z3 * np.exp(1j * self.rotations(crank)["alpha"])
 
+    def stretched(
+        self, theta: ArrayLike, slack: float = 0.0
+    ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+        """The trace, continued to where the loop A-C-O2 does not close, and how much is missing there.
+
+        Where the loop does not close, C lies on the line through A and O2: a search finds its way back from there.
+        With a slack, that part of the lengths is missing already before they are stretched or folded.
+        """
+        crank, p = np.asarray(theta, dtype=float), self.points()
+        a = p["O1"] + self.z1 * np.exp(1j * crank)
+        line, first, second = p["O2"] - a, abs(p["C"] - p["A"]), abs(self.z7)
+        far = np.abs(line)
+        along = (far**2 + first**2 - second**2) / (2 * far * first)
+        across = _side(p["A"], p["O2"], p["C"]) * np.sqrt(np.maximum(1 - along**2, 0.0))
+        turned = (np.clip(along, -1, 1) + 1j * across) * (line / far) * first / (p["C"] - p["A"])
+        missing = np.maximum(far - (1 - slack) * (first + second), abs(first - second) + slack * (first + second) - far)
+        return a + self.z3 * turned, np.maximum(missing, 0.0)
+
     def linkage(self, title: str = "", length_unit: str = "") -> Linkage:
         """As a linkage; B carries the task's path."""
         p = self.points()

@@ -126,6 +126,29 @@ def test_a_known_linkage_is_found_exactly() -> None:
     assert min(abs(fit.design.z1 - known.z1) for fit in fits) < 1e-6
 
 
+def test_a_drawn_curve_gets_a_linkage_though_no_two_dyads_close() -> None:
+    """A bean of which nothing is known; the least-squares fits of (1) and (2) make no linkage that moves round it."""
+    t = 2 * np.pi * np.arange(24) / 24
+    bean = 60 * np.cos(t) + 15 * np.cos(2 * t) + 1j * (35 * np.sin(t) + 8 * np.sin(2 * t + 0.3))
+    best = fit_watt(bean, free_timing=True)[0]
+    assert best.searched and best.rms < 0.02 * 75 and np.all(np.diff(best.theta) > 0)
+    np.testing.assert_allclose(np.abs(best.design.trace(best.theta) - bean), best.errors, atol=1e-9)
+    timed = fit_watt(bean)
+    assert best.rms < timed[0].rms < 0.2 * 75
+    assert [fit.rms for fit in timed] == sorted(fit.rms for fit in timed)
+    assert not fit_watt(POINTS)[0].searched
+
+
+def test_a_stretched_trace_is_the_trace_where_the_loop_closes() -> None:
+    design = WattLinkage(0j, 1 + 0j, 1 + 1j, 0.6 + 0.5j, -0.8 + 0.6j)
+    theta = np.linspace(0, 2 * np.pi, 60)
+    true, (continued, missing) = design.trace(theta), design.stretched(theta)
+    closes = np.isfinite(true)
+    assert 5 < closes.sum() < 55
+    np.testing.assert_allclose(continued[closes], true[closes], atol=1e-12)
+    assert np.all(missing[closes] == 0) and np.all(missing[~closes] > 0) and np.all(np.isfinite(continued))
+
+
 def test_second_loop_does_not_touch_the_path() -> None:
     design = fit_watt(POINTS)[0].design
     whole = with_second_loop(design, THETA)
