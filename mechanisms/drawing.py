@@ -30,6 +30,7 @@ __all__ = [
     "paths",
     "round_order",
     "slides",
+    "spaced",
 ]
 
 #: Colours that stay apart for colour-blind eyes (Okabe and Ito, 2008), black left for lines.
@@ -39,6 +40,10 @@ INK, PAPER, FAINT = "#222222", "#ffffff", "#666666"
 SIDE = 6.6
 #: Sizes as parts of the picture: ground pivots, body frames, the distance of a name from its joint.
 PIVOT, BODY, NAME = 0.020, 0.055, 0.034
+#: Numbers of poses nearer to each other than this part of the picture would run into one another.
+APART = 0.035
+#: More frames and marks of poses than this hide each other: frames are left out, marks are smaller.
+FEW = 50
 
 #: left, right, bottom, top
 Box = tuple[float, float, float, float]
@@ -201,8 +206,11 @@ def bodies(
         places = [complex(linkage.positions(pose)[point]) for pose in poses]
         gaps = [abs(a - b) for k, a in enumerate(places) for b in places[:k]]
         length = min([BODY * size, *(max(0.6 * gap, 0.4 * BODY * size) for gap in gaps)])
-        for number, (z, pose) in enumerate(zip(places, poses)):
-            angle = first + pose.get(link, 0.0)
+        angles = [first + pose.get(link, 0.0) for pose in poses]
+        backs = [z - 0.5 * BODY * size * complex(math.cos(a + 0.7), math.sin(a + 0.7)) for z, a in zip(places, angles)]
+        every = math.ceil(len(places) / FEW)
+        labels = {every * k: back for k, back in spaced(backs[::every], APART * size).items()}
+        for number, (z, angle) in list(enumerate(zip(places, angles)))[::every]:
             along, across = (z + length * complex(math.cos(a), math.sin(a)) for a in (angle, angle + math.pi / 2))
             colour: Any = {"color": colours.get(link, INK), "alpha": strength, "zorder": 8}
             head = {"arrowstyle": "-|>", "linewidth": 1.6, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
@@ -211,15 +219,29 @@ def bodies(
             x, y = _xy([z, z + 0.6 * (across - z)])
             drawn += ax.plot(x, y, linewidth=1.6, solid_capstyle="round", **colour)
             drawn.append(ax.scatter([z.real], [z.imag], s=14, linewidth=0, **colour))
-            if named:
-                back = z - 0.5 * BODY * size * complex(math.cos(angle + 0.7), math.sin(angle + 0.7))
+            if named and number in labels:
+                back = labels[number]
                 word = f"{body}{number}" if len(body) < 4 else str(number)
                 drawn.append(ax.text(back.real, back.imag, word, fontsize=8, ha="center", va="center", **colour))
         marks = list(task.points.get(body, ())) if task is not None else []
         if marks:
             x, y = _xy(marks)
-            drawn.append(ax.scatter(x, y, marker="x", s=28, color=INK, linewidth=1.2, zorder=8))
+            area = 28 if len(marks) <= FEW else 6
+            drawn.append(ax.scatter(x, y, marker="x", s=area, color=INK, linewidth=1.2, zorder=8))
     return drawn
+
+
+def spaced(places: Sequence[complex], gap: float) -> dict[int, complex]:
+    """Those places, by their number, that keep a gap to each other: the first, the last, then as many as there is room.
+
+    >>> spaced([0, 1, 2, 3, 4, 4.5], 2.0)
+    {0: 0, 5: 4.5, 2: 2}
+    """
+    kept: dict[int, complex] = {}
+    for number in sorted(range(len(places)), key=lambda k: (0 < k < len(places) - 1, k)):
+        if all(abs(places[number] - other) >= gap for other in kept.values()):
+            kept[number] = places[number]
+    return kept
 
 
 def names(ax: Axes, linkage: Linkage, places: Mapping[str, complex], size: float) -> None:

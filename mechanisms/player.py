@@ -199,10 +199,13 @@ function play(root, data, auto) {
     if (data.path)
       make(svg, "polyline", {points: line(path[0], path[1]), fill: "none", stroke: body.colour, opacity: 0.8,
         "stroke-width": 0.4 * u, "stroke-dasharray": [1.6 * u, u].join(" ")});
+    const taken = [];
     body.poses.forEach(([x, y, angle], k) => {
       frame(svg, x, y, angle, body.colour, 0.4);
-      text(svg, x - 2.6 * u * Math.cos(angle + 0.7), -(y - 2.6 * u * Math.sin(angle + 0.7)),
-        (body.name.length < 4 ? body.name : "") + k, 2.6 * u, body.colour);
+      const at = [x - 2.6 * u * Math.cos(angle + 0.7), -(y - 2.6 * u * Math.sin(angle + 0.7))];
+      if (taken.some(other => Math.hypot(at[0] - other[0], at[1] - other[1]) < 3.5 * u)) return;
+      taken.push(at);
+      text(svg, at[0], at[1], (body.name.length < 4 ? body.name : "") + k, 2.6 * u, body.colour);
     });
     for (const [x, y] of body.marks)
       make(svg, "path", {d: `M${x - u} ${-y - u}l${2 * u} ${2 * u}m0 ${-2 * u}l${-2 * u} ${2 * u}`, stroke: "#222",
@@ -250,8 +253,9 @@ function play(root, data, auto) {
   slider.type = "range"; slider.min = 0; slider.max = data.input.length - 1; slider.value = 0;
   slider.setAttribute("aria-label", data.driven);
   const output = bar.appendChild(document.createElement("output"));
+  const every = Math.ceil(data.poses.length / 24);
   data.poses.forEach((where, number) => {
-    if (where === null) return;
+    if (where === null || number % every) return;
     const jump = bar.appendChild(document.createElement("button"));
     jump.type = "button"; jump.textContent = "pose " + number;
     jump.onclick = () => { stop(); show(where); };

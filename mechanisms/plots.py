@@ -7,6 +7,8 @@ their reference points.
 
 from __future__ import annotations
 
+import math
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,12 +31,16 @@ __all__ = ["FORMATS", "caption", "draw_design", "save_design"]
 FORMATS = ("svg", "png", "pdf", "gif", "html")
 #: Frames of an animation from the first pose to the last, how long each is shown and how long a pose, in ms.
 FRAMES, FRAME_MS, HOLD_MS = 48, 50, 600
+#: Letters of a caption in an inch.
+LETTERS = 12
 #: Dots per inch.
 PNG_DPI, GIF_DPI = 150, 84
 #: Colours of a GIF: flat drawings with smooth edges need no more.
 GIF_COLOURS = 96
 #: How strongly the later poses are drawn, from the second to the last.
 GHOSTS = (0.30, 0.45)
+#: As many of them are drawn at most; of more, every second, every third, …
+MOST_GHOSTS = 24
 
 
 def draw_design(design: Design, ax: Axes | None = None, task: Task | None = None, driven: str = "") -> Axes:
@@ -68,7 +74,7 @@ def draw_design(design: Design, ax: Axes | None = None, task: Task | None = None
         drawing.prepare(ax, box, linkage.length_unit)
     if motion.driven:
         drawing.paths(ax, linkage, motion.points, 0.9 if motion.working else 0.35)
-    later = places[1:]
+    later = places[1 :: math.ceil(len(places) / MOST_GHOSTS)]
     for number, place in reversed(list(enumerate(later))):
         drawing.links(ax, linkage, place, GHOSTS[0] + (GHOSTS[1] - GHOSTS[0]) * number / max(1, len(later) - 1))
     drawing.bodies(ax, linkage, design.poses, task, size)
@@ -76,7 +82,7 @@ def draw_design(design: Design, ax: Axes | None = None, task: Task | None = None
     drawing.links(ax, linkage, places[0])
     drawing.ground(ax, linkage, size)
     drawing.names(ax, linkage, places[0], size)
-    ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left", parse_math=False)
+    _head(ax, caption(design))
     return ax
 
 
@@ -119,6 +125,17 @@ def caption(design: Design) -> str:
     return "  ·  ".join(parts) + (f"\n{title}" if title else "")
 
 
+def _head(ax: Axes, words: str) -> None:
+    """Write the caption above the picture, in more and smaller lines where it would not fit."""
+    figure: Any = ax.figure
+    inches = ax.get_position().width * figure.get_figwidth()
+    lines, size = words.splitlines(), 10
+    if max(map(len, lines)) > LETTERS * inches:
+        size = 8
+        lines = [part for line in lines for part in textwrap.wrap(line, max(16, int(LETTERS * inches * 10 / size)))]
+    ax.set_title("\n".join(lines), fontsize=size, color=drawing.INK, loc="left", parse_math=False)
+
+
 def _linkage(design: Design) -> Linkage:
     if design.linkage is None:
         raise ValueError(f"{design.id} is no linkage ({', '.join(design.reasons)}), so that it cannot be drawn")
@@ -142,7 +159,7 @@ def _save_gif(design: Design, path: Path, task: Task | None, driven: str) -> Non
         drawing.paths(ax, linkage, motion.points, 0.9)
     drawing.bodies(ax, linkage, design.poses, task, size, strength=0.45)
     drawing.ground(ax, linkage, size)
-    ax.set_title(caption(design), fontsize=10, color=drawing.INK, loc="left", parse_math=False)
+    _head(ax, caption(design))
     figure: Any = ax.figure
     figure.set_dpi(GIF_DPI)
     canvas = figure.canvas

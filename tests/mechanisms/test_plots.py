@@ -260,6 +260,27 @@ def test_slots_turn_with_their_disk_and_hold_their_pins():
             np.testing.assert_allclose(np.abs(first - motion.points[pivot]), abs(rail.first - linkage.points[pivot]))
 
 
+def test_a_long_caption_stays_on_a_narrow_page(design):
+    tall = Linkage({"O": 0, "A": 30j}, {"ground": ["O"], "a": ["O", "A"]}, bodies={"P": ("a", "A")}, title="A " * 30)
+    ax = draw_design(replace(design, linkage=tall, poses=({"a": 0.0}, {"a": 0.05}), input=""))
+    figure = ax.figure
+    figure.canvas.draw()
+    title = ax.title if ax.title.get_text() else ax._left_title
+    box = title.get_window_extent()
+    assert title.get_text().count("\n") >= 2 and box.x1 <= figure.bbox.x1 and box.y1 <= figure.bbox.y1
+
+
+def test_numbers_of_many_poses_do_not_run_into_one_another():
+    links = {"ground": ["O"], "a": ["O", "A"]}
+    linkage = Linkage({"O": 0, "A": 1}, links, bodies={"P": ("a", "A")})
+    ax = draw_design(Design("D001", 0, linkage=linkage, poses=tuple({"a": 0.02 * k} for k in range(40))))
+    places = {t.get_text(): complex(*t.get_position()) for t in ax.texts if re.fullmatch(r"P\d+", t.get_text())}
+    assert {"P0", "P39"} <= set(places) and 5 < len(places) < 35
+    size = max(np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim()))
+    spots = list(places.values())
+    assert min(abs(a - b) for n, a in enumerate(spots) for b in spots[:n]) > 0.03 * size
+
+
 def test_json_export_is_the_whole_design(design, result, tmp_path):
     export_design(design, tmp_path / "a.json", result.task)
     document = json.loads((tmp_path / "a.json").read_text())
