@@ -134,6 +134,7 @@ def normals_and_heights(cells: MixedCells) -> tuple[np.ndarray, np.ndarray, np.n
         rows.append(height)
     heights = np.concatenate(rows, axis=1)
     units = heights.min(axis=1, initial=np.inf)
-    heights = heights / units[:, None]
-    return normals, np.where(np.isfinite(heights), heights, 0.0), np.where(np.isfinite(units), units, 0.0)
+    outside = np.isfinite(heights)  # nothing, where all equations are binomials
+    heights = np.divide(heights, units[:, None], out=np.zeros_like(heights), where=outside)
+    return normals, heights, np.where(np.isfinite(units), units, 0.0)
 

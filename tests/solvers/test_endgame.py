@@ -260,6 +260,15 @@ def test_the_powers_tell_a_far_root_from_infinity(exponents, turns):
     assert np.isnan(constant_part(circles(np.zeros(2), exponents, turns), known, np.array([0]), CORNERS, typical))
 
 
+def test_double_roots_on_an_axis_that_paths_reach_without_winding():
+    """Newton's method halves its way to a coordinate zero until its steps are smaller than any rounding error."""
+    x, y = sympy.symbols("x y")
+    system = System([5 * x * y**2 + 2 * y**4 - 2 * y, -3 * x**4 * y - 2 * x**2], [x, y])
+    for seed in range(12):
+        found = solve(system, start="total-degree", seed=seed, certificates=False)
+        assert len(found) == 6 and found.singular.multiplicity.tolist() == [2, 2, 2, 2], seed
+
+
 def test_a_simple_root_at_the_origin():
     for seed in range(10):
         solutions = ends_of([x**3 - x, y**2 - y + x], [x, y], seed)

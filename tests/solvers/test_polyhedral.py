@@ -41,6 +41,14 @@ def test_binomial_systems_are_solved_completely():
             assert least_distance(points) > 1e-3
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_system_of_binomials_has_no_points_above_its_cell():
+    x, y = sympy.symbols("x y")
+    system = System([2 * x * y**2 - 1, y**3 - 1], [x, y])
+    homotopy = polyhedral(system, np.zeros(0))
+    assert homotopy.starts.points(np.arange(homotopy.starts.count)).shape == (3, 2)
+
+
 def test_binomial_solutions_with_huge_exponents():
     size = 10**12 + 39
     lattice = binomial_lattice(np.array([[size, 1], [0, 1]]))

@@ -69,6 +69,33 @@ def test_sparse_systems_have_the_roots_of_a_total_degree_start() -> None:
         assert len(one) == len(other) == len(pairs)
 
 
+@pytest.mark.parametrize(
+    ("equations", "seeds", "roots"),
+    [
+        # No solution has a zero coordinate: both constants are needless.
+        ([2 * x[0] * x[1] ** 3 - x[1] ** 3, x[0] ** 4 * x[1] - 3 * x[0] * x[1] ** 3 + 2], (1, 2, 7), 3),
+        # One of two constants is needed.
+        ([-3 * x[0] * x[2] ** 3 + x[2] ** 3, 3 * x[1] ** 2 + 3 * x[1] * x[2],
+          2 * x[0] ** 3 * x[2] + x[1] ** 2 * x[2] ** 2 - 2], (6,), 5),
+        # Both are needed, for a triple root at the origin.
+        ([3 * x[0] ** 4 * x[1] - 3 * x[0], -3 * x[0] ** 3 * x[1] ** 4 - 2 * x[0] ** 2 * x[1] ** 4 + 2 * x[1] ** 3],
+         range(20), 1),
+    ],
+)  # fmt: skip
+def test_no_path_changes_places_with_one_that_is_not_followed(equations, seeds, roots) -> None:
+    """On these seeds paths come so near to infinity that constants of 1e-10 sent them there."""
+    system = System(equations, x[: len(equations)])
+    for seed in seeds:
+        assert len(solve(system, start="polyhedral", seed=seed, certificates=False)) == roots
+
+
+def test_constants_that_no_stable_cell_needs_are_nearly_zero() -> None:
+    supports = [np.array([[0, 0], [0, 3], [1, 3]]), np.array([[0, 0], [1, 3], [4, 1]])]
+    cells = stable_cells(supports, [True, False])
+    left = np.exp(-cells.fade * np.concatenate(cells.liftings))
+    assert cells.mixed_volume == 3 and left[0] < 1e-50 and left[1:].min() > 0.9
+
+
 def test_the_four_bar_of_the_zoo_needs_its_56_paths() -> None:
     """Every system with its supports has 36 solutions without a zero and 20 more with two, all of them isolated."""
     supports, _ = scaled_terms(ZOO["fourbar5"].build(), np.zeros(0))
