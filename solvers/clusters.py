@@ -141,7 +141,7 @@ class _Bordered:
             if not length < last and length > 2.0 ** (-ctx.prec / 2):
                 return None
             last = length
-            if length < 2.0 ** (-0.6 * ctx.prec):
+            if length < 2.0 ** (-0.8 * ctx.prec):  # the slope is only as exact as the step is short
                 return z[:n], z[n], step[n, 1]
         return None
 
