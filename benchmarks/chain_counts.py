@@ -16,7 +16,8 @@ solved by the multihomogeneous homotopy too, every path accounted for.
 
 The real counts are those of tasks made of random known chains, reached by a parameter homotopy: the known chain must
 be among the real ones, and the mirror image of every root among the roots. This is capture and recapture once more: a
-root that is missing shows itself by its image, unless that is missing as well, and is added to the count.
+root that is missing shows itself by its image, unless that is missing as well, or along another way to the task, and is
+added to the count.
 """
 
 from __future__ import annotations
@@ -117,11 +118,11 @@ def by_homotopy(exponents: tuple[int, ...], seed: int = 0) -> dict[str, int]:
 
 def real_chains(
     found: Solutions, exponents: tuple[int, ...], seed: int, jobs: int = 1
-) -> tuple[dict[str, int], Solutions]:
-    """Roots and real chains for the points of one random known chain, and the roots that only the mirror has shown.
+) -> tuple[dict[str, int], Solutions | None]:
+    """Roots and real chains for the points of one random known chain, and all these roots, if they are more than found.
 
     Roots with links up to 1e11 times the size of the path, rotations next to one another, are carried in 32 digits. A
-    path that is lost is sent along another arc.
+    path that is lost is sent along another arc; where a few roots had not been found, other arcs lead to them.
     """
     links = len(exponents)
     rng = np.random.default_rng([seed, *map(abs, exponents)])
@@ -151,8 +152,11 @@ def real_chains(
     if not np.any(np.abs(shape - known.links).max(axis=1, initial=0.0) < KNOWN):
         raise AssertionError(f"the known chain {known} is not among {len(shape)} real ones")
     every = {"roots": len(roots) + int(alone.sum()), "real": len(shape), "added": int(alone.sum()), "arcs": arcs}
-    count = np.arange(int(alone.sum()))
-    return every, replace(found, points=mirror.image(points[alone]), parameters=values, paths=count, orbit=count)
+    if every["roots"] <= len(found):
+        return every, None
+    every_root = np.concatenate([points, mirror.image(points[alone])])
+    count = np.arange(len(every_root))
+    return every, replace(found, points=every_root, parameters=values, paths=count, orbit=count)
 
 
 def in_units(points: NDArray[Any], links: int) -> NDArray[Any]:
@@ -167,10 +171,10 @@ def count(exponents: tuple[int, ...], jobs: int = 1) -> dict[str, Any]:
     found, row = complex_chains(exponents, jobs)
     row["tasks"] = []
     for seed in range(TASKS):
-        task, alone = real_chains(found, exponents, seed, jobs)
+        task, more = real_chains(found, exponents, seed, jobs)
         row["tasks"].append(task)
-        if len(alone):
-            found, _ = paths.united(found, alone, paths.path_system(exponents))
+        if more is not None:
+            found, _ = paths.united(found, more, paths.path_system(exponents))
     row["complex"] = len(found)
     if len(found.points) <= TRACED:
         row["trace"] = traced(exponents, found)
