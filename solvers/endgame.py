@@ -36,8 +36,10 @@ FIRST_LOOP, STRIDE = 2e-4, 0.1
 SHRINK = 0.2
 #: Corners of the loop.
 CORNERS = 8
-#: Winding numbers looked for.
-LARGEST_WINDING = 24
+#: Winding numbers looked for: seldom is one larger than the first, and loops that do not close cost the more the longer
+#: they are. Paths that are still undecided at EXPONENTS_DECIDE go round up to the second number of times: 252 of the
+#: 5040 paths of cyclic-7 by total degree wind 126 times round a point at infinity.
+LARGEST_WINDING, MOST_WINDINGS = 24, 192
 #: A loop is closed when the path is back at its start to this precision, relative.
 CLOSED = 1e-6
 #: With winding number m the distance from the limit falls like r^(k/m), k ≥ 1; at least like r^(NEARER/m) it must.
@@ -47,11 +49,11 @@ POLE = 1e-10
 #: Exponents alone send nothing to infinity that is nearer than this, in typical sizes of the unknowns: with exponents
 #: of −1/9 they have grown a hundredfold at r = 1e-18, and may turn yet.
 FAR_ENOUGH = 1e4
-#: Below this radius exponents that have settled decide alone, for paths that wind more often than is looked for.
+#: Below this radius exponents that have settled decide alone, for paths that wind more often than is looked for …
 EXPONENTS_DECIDE = 1e-9
-#: … and those that do close must show exponents k/m to this precision, times m.
+#: … and those of paths that do close must be k/m to this precision, times m.
 RATIONAL = 0.1
-#: A coordinate with an exponent below this goes to infinity: 1/24 is the smallest that a loop could show.
+#: A coordinate with an exponent below this goes to infinity: 1/24 is the smallest that a short loop could show.
 INFINITE_EXPONENT = -0.04
 #: Exponents that change by less than this from one radius to the next have settled for good.
 STILL = 0.002
@@ -322,7 +324,7 @@ class _Walk:
         walked: list[tuple[np.ndarray, np.ndarray]] = []
         corners = radius * np.exp(2j * np.pi * np.arange(CORNERS + 1) / CORNERS)
         corners[-1] = corners[0]
-        for turn in range(1, LARGEST_WINDING + 1):
+        for turn in range(1, (LARGEST_WINDING if radius >= EXPONENTS_DECIDE else MOST_WINDINGS) + 1):
             for a, b in itertools.pairwise(corners):
                 done = self.engine.track(
                     x,

@@ -232,6 +232,12 @@ def test_far_roots_are_not_taken_for_infinite(seed):
     assert solutions.ledger.at_infinity == 192
 
 
+def test_paths_that_wind_more_often_than_is_looked_for_at_first():
+    """98 and 126 times round their ends at infinity; exponents of 1/126 show nothing at r = 1e-13."""
+    solutions = solve(ZOO["cyclic7"].build(), seed=1, start="total-degree", certificates=False)
+    assert len(solutions) == 924 and solutions.complete
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_paths_that_grow_slowly_are_followed_to_the_end(seed):
