@@ -35,6 +35,8 @@ __all__ = ["CRITICAL_POINTS", "Dyad", "DyadFits", "dyad_residuals", "fit_dyads",
 
 #: The number of critical points for general data; the multihomogeneous homotopy has 33 paths.
 CRITICAL_POINTS = 25
+#: Moments beside this part of what they could be are rounding errors of zero.
+NOTHING = 1e-14
 
 
 @dataclass(frozen=True)
@@ -218,6 +220,9 @@ def _moments(p: NDArray[Any], e: NDArray[Any]) -> NDArray[np.float64]:
     rows = np.stack([0.5 * np.abs(p) ** 2, turned.real, -turned.imag, -p.real, -p.imag, -e.real, -e.imag], axis=1)
     rows = rows - rows.mean(axis=0)
     matrix = rows.T @ rows / len(p)
+    # Of poses that are evenly spaced many moments vanish; left as rounding errors they would be roots far out.
+    size = np.sqrt(np.diagonal(matrix))
+    matrix[np.abs(matrix) < NOTHING * np.outer(size, size)] = 0.0
     return matrix[np.triu_indices(7)][1:]
 
 

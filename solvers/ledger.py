@@ -29,6 +29,8 @@ SAME_ROOT = 1e-9
 UNCERTAINTY = 2e-15
 #: Ends that were led there and refined in more than double precision are known to its rounding, whatever the condition.
 KNOWN = 1e-14
+#: No more failed paths than this, or this part of all, are few.
+FEW, FEW_SHARE = 8, 0.25
 #: Marks of two paths that agree to this precision, relative, are of one path.
 SAME_PATH = 1e-8
 #: Singular endpoints nearer than this, relative, are one point: a root of multiplicity μ is only known to the
@@ -37,6 +39,15 @@ SAME_SINGULAR = 1e-5
 #: Singular endpoints smaller than this part of the typical size are compared as if they were of that size: means
 #: over the loops round the origin are only known beside the loops.
 BESIDE_ZERO = 1e-4
+
+
+def are_few(failed: int, tracked: int) -> bool:
+    """Whether so many failures may be mended one by one: of many the reason is the system, and they come again.
+
+    >>> are_few(8, 10), are_few(20, 100), are_few(40, 100)
+    (True, True, False)
+    """
+    return failed <= max(FEW, tracked * FEW_SHARE)
 
 
 def doubtful(ends: Ends, complete: bool = False) -> np.ndarray:

@@ -11,7 +11,7 @@ from solvers.choose_start import choose_start
 from solvers.clusters import with_clusters_resolved
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, Listed, parameter_homotopy
-from solvers.ledger import broken_cycles, groups_of_singular
+from solvers.ledger import are_few, broken_cycles, groups_of_singular
 from solvers.local import magnitudes, relative_weights
 from solvers.polyhedral import PolyhedralError
 from solvers.scaling import scales_of
@@ -110,7 +110,7 @@ def solve(
                 found.rungs["with a fresh start"] = paths
             if best is None or found.failed < best.failed:
                 best = found
-            if not best.failed:
+            if not best.failed or not are_few(best.failed, homotopy.starts.count):
                 break
         assert best is not None
     except KeyboardInterrupt as stop:

@@ -249,7 +249,8 @@ class _Precise:
         """Whether there are paths that need the digits, and not too many."""
         rows = self.wanted()
         far = int(np.sum(self.ends.leaving[rows]))
-        return bool(rows.size) and rows.size - far <= FEW_PATHS and far <= FEW_FAR_PATHS
+        few = ledger.are_few(rows.size, len(self.ends.kind))
+        return bool(rows.size) and few and rows.size - far <= FEW_PATHS and far <= FEW_FAR_PATHS
 
     def __call__(self, rows: np.ndarray) -> Ends:
         names = ("x", "kind", "winding", "condition", "mark", "leaving")
