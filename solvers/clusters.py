@@ -18,6 +18,7 @@ Jacobian nearly vanishes paths part at larger radii, and the ladder tells all of
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import comb
 from typing import Any
@@ -31,11 +32,17 @@ from solvers.local import magnitudes, relative_weights
 from solvers.simple_ends import with_roots_added
 from solvers.solutions import Singular, Solutions
 from solvers.system import System
+from solvers.tape import Exact
 
 __all__ = ["with_clusters_resolved"]
 
-#: From this multiplicity on there can be a cluster that double-double has taken for one root.
+#: From this multiplicity on there can be a cluster that double-double has taken for one root …
 FEWEST = 3
+#: … or from 2 on, where all numbers are exact. Rounded ones make two roots 1e-8 apart of every double root, and the
+#: double root is what was meant.
+FEWEST_EXACT = 2
+#: A binary fraction with a denominator beyond this is a decimal number, or a result, that has been rounded.
+SHORT = 2**20
 #: The circle round a cluster, relative to the unknowns. Clusters are a thousand times smaller, other roots farther out.
 RADIUS = 2.0**-10
 #: Points on it, and bits: what a cluster of size 1e-6 loses by N points is 1e-3^N, and so it is for roots at 1.
@@ -77,10 +84,12 @@ def with_clusters_resolved(system: System, solutions: Solutions) -> Solutions:
     """
     ends = solutions.singular
     rows, unknowns = system.size
-    wanted = (ends.multiplicity >= FEWEST) & (ends.winding > 1) & (ends.dimension == 1)
+    wanted = (ends.multiplicity >= FEWEST_EXACT) & (ends.winding > 1) & (ends.dimension == 1)
     if rows != unknowns or not wanted.any():
         return solutions
     exact = exact_parameters(system, solutions.parameters)
+    if not _are_exact([*system.program.constants, *exact]):
+        wanted &= ends.multiplicity >= FEWEST
     points, kept = ends.points.copy(), np.ones(len(ends), bool)
     simple, multiple, degrees = [points[:0]], [points[:0]], [ends.multiplicity[:0]]
     for k in np.flatnonzero(wanted).tolist():
@@ -105,6 +114,18 @@ def with_clusters_resolved(system: System, solutions: Solutions) -> Solutions:
     if not len(fresh):
         return replace(solutions, singular=singular)
     return with_roots_added(system, solutions, fresh, singular)
+
+
+def _are_exact(numbers: Iterable[Exact]) -> bool:
+    """Whether none of them looks like a rounded number.
+
+    >>> from fractions import Fraction
+    >>> from solvers.arithmetic.values import exact_value
+    >>> [_are_exact([exact_value(number)]) for number in (3, 0.25, Fraction(1, 10), 0.1)]
+    [True, True, True, False]
+    """
+    parts = {part.denominator for number in numbers for part in number}
+    return all(part < SHORT or part & (part - 1) for part in parts)
 
 
 @dataclass(frozen=True, eq=False)

@@ -135,6 +135,18 @@ def test_three_roots_a_millionth_apart_are_told_apart():
     check_clusters(range(5))
 
 
+@pytest.mark.parametrize("digits", [8, 9, 10])
+def test_pairs_of_two_equations_nearer_than_double_double_tells_apart(digits):
+    """Exact numbers say what is meant; rounded ones part every double root, and it stays one."""
+    near = sympy.Rational(1, 10**digits)
+    for seed in range(3):
+        solutions = solve(System([sympy.expand((x - 1) * (x - 1 - near) * (x + 3)), y - x], [x, y]), seed=seed)
+        assert len(solutions) == 3 == solutions.certificate.distinct and not len(solutions.singular)
+    for root2 in (2**0.5, sympy.sqrt(2)):  # the line touches the circle
+        solutions = solve(System([x**2 + y**2 - 1, x + y - root2], [x, y]))
+        assert not len(solutions) and solutions.singular.multiplicity.tolist() == [2]
+
+
 @pytest.mark.parametrize("digits", [7, 9, 10, 12])
 @pytest.mark.parametrize("count", [2, 4, 6])
 def test_clusters_far_smaller_than_that(digits, count):
