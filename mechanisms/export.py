@@ -54,7 +54,8 @@ def export_design(design: Design, path: str | Path, task: Task | None = None) ->
     elif kind == "csv":
         path.write_text(_csv(design, design.linkage), encoding="utf-8", newline="")
     elif kind == "json":
-        document = {**design.to_document(), "task": None if task is None else task.to_dict()}
+        units = {"length": design.linkage.length_unit or None, "angle": "rad, where no key ends in _deg"}
+        document = {**design.to_document(), "units": units, "task": None if task is None else task.to_dict()}
         path.write_text(
             json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8"
         )

@@ -285,6 +285,7 @@ def test_json_export_is_the_whole_design(design, result, tmp_path):
     export_design(design, tmp_path / "a.json", result.task)
     document = json.loads((tmp_path / "a.json").read_text())
     assert document["links"] == design.links and document["task"] == result.task.to_dict()
+    assert document["units"]["length"] == design.linkage.length_unit and document["units"]["angle"].startswith("rad")
 
 
 def test_without_ezdxf_it_is_named(design, tmp_path, monkeypatch):
