@@ -8,6 +8,7 @@ points that are a million times larger than the others make it no dearer.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from inspect import Parameter, signature
 from typing import Any
 
@@ -19,6 +20,8 @@ SAME = 1e-7
 
 #: Pairs that are looked at together.
 _BLOCK = 1 << 17
+#: Values of a functional are rounded by as much.
+ROUNDED = 1e-15
 
 #: Maps points (n, k), or points and their parameters (m,) or (n, m), to points (n, k).
 Symmetry = Callable[..., np.ndarray]
@@ -90,6 +93,8 @@ def pairs_of_equals(
     sizes, keys = keys_of(points, functional(size, seed), floor)
     allowed = relative * sizes
     order = np.argsort(keys, kind="stable")
+    if np.diff(keys[order]).min() > 2 * relative.max() + ROUNDED:  # no two are neighbours
+        return np.zeros((0, 2), np.int64)
     pairs = []
     for place, at in windows(keys[order], keys[order], 2 * relative[order]):
         other = place != at
@@ -100,6 +105,7 @@ def pairs_of_equals(
     return np.unique(found, axis=0) if len(found) else found
 
 
+@lru_cache(maxsize=64)
 def functional(size: int, seed: int = 0) -> np.ndarray:
     """A random functional, of which the real part is compared: points d apart have values at most d apart."""
     rng = np.random.default_rng([seed, 5])
@@ -138,7 +144,7 @@ def windows(
 
     Rows do not decrease, and each row's places are in order.
     """
-    reach = np.broadcast_to(np.asarray(reach) + 1e-15, wanted.shape)  # rounding of the values
+    reach = np.broadcast_to(np.asarray(reach) + ROUNDED, wanted.shape)
     order = np.argsort(wanted)  # a million searches in order take a tenth of the time of searches here and there
     low, counts = np.empty((2, len(wanted)), np.int64)
     low[order] = np.searchsorted(keys, (wanted - reach)[order])
