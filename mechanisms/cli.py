@@ -8,11 +8,8 @@ else.
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -22,12 +19,11 @@ from mechanisms import __version__
 from mechanisms.catalogue_command import catalogue
 from mechanisms.checks import suggest
 from mechanisms.console import console, print_json, say
+from mechanisms.interrupts import remembering_interrupts
 from mechanisms.map_command import map_command
 from mechanisms.task import Task, TaskError
 
 if TYPE_CHECKING:
-    from types import FrameType
-
     from mechanisms.result import Result
 
 OK, FAILED, WRONG, STOPPED = 0, 1, 2, 3
@@ -265,7 +261,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     interrupted: list[int] = []
     try:
-        with _remembering_interrupts(interrupted):
+        with remembering_interrupts(interrupted):
             code = cli.main(
                 args=None if arguments is None else list(arguments), prog_name="everylinkage", standalone_mode=False
             )
@@ -292,27 +288,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(error, OSError) and isinstance(error.filename, str):  # a file that was named, in most cases
             return _refuse(f"cannot use {error.filename}: {error.strerror}")
         raise
-
-
-@contextmanager
-def _remembering_interrupts(seen: list[int]) -> Iterator[None]:
-    """Append to `seen` at every Ctrl-C, which raises KeyboardInterrupt as ever."""
-    if (
-        threading.current_thread() is not threading.main_thread()
-        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
-    ):
-        yield  # the caller has arranged it otherwise
-        return
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        seen.append(number)
-        signal.default_int_handler(number, frame)
-
-    signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def run() -> None:
