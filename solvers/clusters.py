@@ -28,7 +28,7 @@ import numpy as np
 from solvers.arithmetic import balls
 from solvers.arithmetic.values import exact_parameters
 from solvers.certify import certify
-from solvers.local import magnitudes, relative_weights
+from solvers.local import in_own_units
 from solvers.simple_ends import with_roots_added
 from solvers.solutions import Singular, Solutions
 from solvers.system import System
@@ -172,10 +172,8 @@ class _Reduction:
 
     def __init__(self, system: System, exact: tuple[Any, ...], point: np.ndarray, values: np.ndarray) -> None:
         self.program, self.exact = system.jacobian_program, exact
-        J = system.evaluate(point[None], values)[1][0]
-        weights = relative_weights(point[None])[0]
-        rows = magnitudes(self.program, point[None], values)[0]
-        left, _, right = np.linalg.svd(J * weights / rows[:, None])
+        (scaled,), (weights,), (rows,) = in_own_units(self.program, point[None], values)[1:]
+        left, _, right = np.linalg.svd(scaled)
         self.point = point
         self.b, self.w, self.v = left[:, -1] * rows, right[-1] / weights, right[-1].conj() * weights
 

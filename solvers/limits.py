@@ -13,7 +13,7 @@ import numpy as np
 from solvers.arithmetic import double_double
 from solvers.arithmetic.double_double import DoubleDouble
 from solvers.krawczyk import inverses
-from solvers.local import magnitudes, newton_step, relative_weights
+from solvers.local import in_own_units, magnitudes, newton_step
 from solvers.refine import newton_double_double
 from solvers.system import evaluate
 from solvers.tape import Program
@@ -103,10 +103,8 @@ class Target:
 
         Returns the answers and the scaled condition numbers, shape (n,).
         """
-        F, J = evaluate(self.program, x, self.parameters)
-        size = magnitudes(self.program, x, self.parameters, self.typical)
-        left, values, right = np.linalg.svd(J * relative_weights(x, self.typical)[:, None, :] / size[:, :, None])
-        residual = F / size
+        residual, scaled, _, size = in_own_units(self.program, x, self.parameters, self.typical)
+        left, values, right = np.linalg.svd(scaled)
         along = np.abs(np.einsum("ki,ki->k", left[:, :, -1].conj(), residual))
         exact = double_double.replay(self.equations, x, self.parameters)["F"].hi / size
         with np.errstate(all="ignore"):
@@ -141,9 +139,7 @@ class Target:
     def _further_step(self, points: DoubleDouble) -> np.ndarray:
         """Newton steps with residuals in double-double, each unknown beside its own size, shape (n,)."""
         residual = double_double.replay(self.equations, points, self.parameters)["F"].hi
-        _, J = evaluate(self.program, points.hi, self.parameters)
-        size = magnitudes(self.program, points.hi, self.parameters, self.typical)
-        scaled = J * relative_weights(points.hi, self.typical)[:, None, :] / size[:, :, None]
+        _, scaled, _, size = in_own_units(self.program, points.hi, self.parameters, self.typical)
         with np.errstate(all="ignore"):
             steps = inverses(scaled) @ (residual / size)[:, :, None]
         return np.asarray(np.abs(steps[:, :, 0]).max(axis=1))

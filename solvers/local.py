@@ -32,17 +32,16 @@ def newton_step(
         Estimate of the scaled condition number, from the solution for one random right-hand side: seldom more than
         a few times too small, for the price of nothing.
     """
-    weights = relative_weights(points, typical)
     loops = compiled_loops("newton_sweep")
     if loops is None:
-        return _step_by_numpy(program, points, parameters, weights)
+        return _step_by_numpy(program, points, parameters, typical)
     step = np.empty(points.shape, np.complex128)
     size, condition = np.empty((2, len(points)))
     loops.newton_steps(
         program.code,
         np.concatenate([parameters, np.zeros(len(parameters)), program.constant_values]).astype(np.complex128),
         np.ascontiguousarray(points, np.complex128),
-        weights,
+        relative_weights(points, typical),
         program.outputs["F"],
         program.outputs["J"],
         program.pattern,
@@ -60,13 +59,11 @@ def _phases(count: int) -> np.ndarray:
 
 
 def _step_by_numpy(
-    program: Program, points: np.ndarray, parameters: np.ndarray, weights: np.ndarray
+    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     with np.errstate(all="ignore"):
-        F, J = evaluate(program, points, parameters)
-        rows = _magnitudes_at(program, weights, parameters)
-        scaled = J * weights[:, None, :] / rows[:, :, None]
-        right = np.stack([F / rows, np.broadcast_to(_phases(F.shape[1]), F.shape)], axis=2)
+        residual, scaled, weights, _ = in_own_units(program, points, parameters, typical)
+        right = np.stack([residual, np.broadcast_to(_phases(residual.shape[1]), residual.shape)], axis=2)
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
     solved = np.full(right.shape, np.inf, np.complex128)
     with np.errstate(all="ignore"):
@@ -108,6 +105,26 @@ def relative_weights(x: np.ndarray, typical: float = 0.0) -> np.ndarray:
     """Sizes of the unknowns at points: their moduli, or a small part of the largest one or of the typical size."""
     size = np.abs(x)
     return np.maximum(size, np.maximum(1e-4 * size.max(axis=1, keepdims=True), max(ORIGIN * typical, 1e-300)))
+
+
+def in_own_units(
+    program: Program, points: np.ndarray, parameters: np.ndarray, typical: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Equations and Jacobians at points, each unknown beside its own size, each equation beside that of its terms.
+
+    Returns
+    -------
+    F : ndarray, shape (n, equations)
+    J : ndarray, shape (n, equations, unknowns)
+    weights : ndarray, shape (n, unknowns)
+        What the unknowns were divided by …
+    sizes : ndarray, shape (n, equations)
+        … and the equations.
+    """
+    F, J = evaluate(program, points, parameters)
+    weights = relative_weights(points, typical)
+    rows = _magnitudes_at(program, weights, parameters)
+    return F / rows, J * weights[:, None, :] / rows[:, :, None], weights, rows
 
 
 def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray, typical: float = 0.0) -> np.ndarray:

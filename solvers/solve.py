@@ -12,13 +12,13 @@ from solvers.clusters import with_clusters_resolved
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, Listed, parameter_homotopy
 from solvers.ledger import are_few, broken_cycles, groups_of_singular
-from solvers.local import magnitudes, relative_weights
+from solvers.local import in_own_units
 from solvers.polyhedral import PolyhedralError
 from solvers.scaling import scales_of
 from solvers.shapes import check_shape, genuine, square_up
 from solvers.simple_ends import with_simple_ends
 from solvers.solutions import Ledger, Singular, Solutions
-from solvers.system import System, evaluate
+from solvers.system import System
 from solvers.tracking import Interrupted, Progress, Run, track_all
 from solvers.transfer import transfer
 
@@ -27,7 +27,7 @@ STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
 DOUBT = "; {} paths wind round singular ends in numbers that do not fit: multiplicities there are uncertain"
 #: Singular values of the scaled Jacobian below this count towards its kernel at a singular end.
 KERNEL = 1e-6
-#: Whole solves with a fresh random γ, when paths still fail after the ladder.
+#: Whole solves with a fresh random γ, when a few paths still fail after the ladder.
 FRESH_STARTS = 3
 
 
@@ -258,9 +258,7 @@ def _singular(
 def _kernel_dimension(system: System, values: np.ndarray, points: np.ndarray) -> np.ndarray:
     if not len(points):
         return np.zeros(0, np.int64)
-    J = evaluate(system.jacobian_program, points, values)[1]
-    size = magnitudes(system.jacobian_program, points, values)
-    scaled = J * relative_weights(points)[:, None, :] / size[:, :, None]
+    scaled = in_own_units(system.jacobian_program, points, values)[1]
     return (np.linalg.svd(scaled, compute_uv=False) < KERNEL).sum(axis=1)
 
 

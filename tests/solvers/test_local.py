@@ -47,7 +47,7 @@ def test_compiled_and_numpy_agree():
     weights = local.relative_weights(points, 1.0)
     program, values = _program(), np.array([VALUE])
     step, size, condition = local.newton_step(program, points, values, 1.0)
-    expected = local._step_by_numpy(program, points, values, weights)
+    expected = local._step_by_numpy(program, points, values, 1.0)
     assert np.allclose(size, expected[1], rtol=1e-9)
     assert np.allclose(condition, expected[2], rtol=1e-9)
     assert (np.abs(step - expected[0]) <= 1e-9 * np.maximum(np.abs(expected[0]), weights * size[:, None])).all()
