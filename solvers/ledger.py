@@ -77,9 +77,10 @@ def broken_cycles(ends: Ends) -> np.ndarray:
     broken = [np.zeros(0, np.int64)]
     groups = groups_of_singular(ends.x[rows], ends.typical)
     single = rows[np.array([group[0] for group in groups if len(group) == 1], np.int64)]
-    both = np.concatenate([single, np.flatnonzero(ends.kind == REGULAR)])
-    pairs = pairs_of_equals(ends.x[both], SAME_SINGULAR, floor=max(BESIDE_ZERO * ends.typical, 1e-300))
-    broken.append(np.unique(both[pairs[(pairs[:, 0] < len(single)) & (pairs[:, 1] >= len(single)), 0]]))
+    if single.size:
+        both = np.concatenate([single, np.flatnonzero(ends.kind == REGULAR)])
+        pairs = pairs_of_equals(ends.x[both], SAME_SINGULAR, floor=max(BESIDE_ZERO * ends.typical, 1e-300))
+        broken.append(np.unique(both[pairs[(pairs[:, 0] < len(single)) & (pairs[:, 1] >= len(single)), 0]]))
     for group in groups:
         turns, counts = np.unique(ends.winding[rows[group]], return_counts=True)
         for m, count in zip(turns.tolist(), counts.tolist()):
