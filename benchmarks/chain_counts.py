@@ -134,8 +134,8 @@ def real_chains(
     system, mirror, roots = paths.path_system(exponents), paths.path_mirror(links), PointSet(4 * links, NEAR)
     points = np.zeros((0, 4 * links), np.complex128)
     engine = engine_of(parameter_homotopy(system.program, found.parameters, values, found.points[:1]))
-    arcs, alone = 0, np.ones(1, bool)
-    while arcs < ARCS and (len(roots) < len(found) or alone.any()):
+    arcs, alone = 0, np.zeros(1, bool)
+    while arcs < ARCS and len(roots) + alone.sum() < len(found):
         arcs += 1
         ends = carry(engine, found.points, found.parameters, values, random_bend(rng), jobs, ladder=True)
         ends = ends[paths.is_rotation(ends, links)]

@@ -34,8 +34,8 @@ from solvers.tracking import digest, engine_of
 #: Legs without news after which detours are made, and detours without news after which a search has gone quiet.
 QUIET_LEGS = 3
 DETOURS = 3
-#: When as many legs have found no more than this part of the roots, lost paths climb the ladder.
-TRICKLE = 0.005
+#: Once a leg finds no more than this part of the roots, lost paths climb the ladder.
+TRICKLE = 0.05
 #: So many times more of either while one place has a root that the other lacks: the paths to it are lost, although
 #: they climb the ladder then. It may be too large there, or too near another, for good.
 UNEVEN = 2
@@ -51,6 +51,10 @@ TWINS = 1e-4
 FARTHER = 10.0
 
 
+#: From these parameters to those, and the bend.
+Arc = tuple[np.ndarray, np.ndarray, complex]
+
+
 class Detour(NamedTuple):
     """A third place: so many powers of ten farther than the two.
 
@@ -61,6 +65,31 @@ class Detour(NamedTuple):
 
     far: int
     apart: bool
+
+
+class Mirror(NamedTuple):
+    """Complex conjugation, in the coordinates of a system: it maps roots at parameters to roots at their image.
+
+    Both maps are antiholomorphic and their own inverses; that of the parameters is antilinear. Where parameters are
+    their own image, those of real tasks are, every root comes with its image.
+
+    Attributes
+    ----------
+    points : callable
+        Unknowns (n, k) to unknowns (n, k).
+    parameters : callable
+        Parameters (m,) to parameters (m,).
+    """
+
+    points: Callable[[np.ndarray], np.ndarray]
+    parameters: Callable[[np.ndarray], np.ndarray]
+
+
+#: ``exchanges(rng)``: an exchange of unknowns and one of parameters, as index arrays, that together map roots to roots.
+#: Poses may be numbered in any order, for instance. A leg may begin with any of them; to roots that are hard to reach
+#: others lead, of the same kind.
+Exchanges = Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]]
+
 
 @dataclass
 class Leg:
@@ -74,6 +103,8 @@ class Leg:
         Roots known at the end, afterwards.
     estimate : float
         Number of roots by capture and recapture.
+    back : int
+        Roots at the start that were not known there: the way back from roots at the end where no path had arrived.
     """
 
     carried: int
@@ -81,6 +112,7 @@ class Leg:
     new: int
     known: int
     estimate: float
+    back: int = 0
 
 
 @dataclass
@@ -104,6 +136,8 @@ class Search:
     typical: float
     ladder: bool = False
     valid: Callable[[np.ndarray], np.ndarray] | None = None
+    mirror: Mirror | None = None
+    exchanges: Exchanges | None = None
     history: list[Leg] = field(default_factory=list)
     tracked: int = 0
     lost: int = 0
@@ -130,34 +164,59 @@ class Search:
             node.roots.add(points)
 
     def leg(self, source: int, detour: Detour | None = None) -> Leg:
-        """Carry all roots of a node to the other one along fresh arcs, perhaps with a detour."""
+        """Carry all roots of a node to the other one along fresh arcs, perhaps with a detour.
+
+        Back along the same arcs come the roots there that are known but have not been arrived at.
+        """
         a, b = self.nodes[source], self.nodes[1 - source]
-        before, points = len(b.roots), a.roots.points
-        ends = points
+        before, points = (len(a.roots), len(b.roots)), a.roots.points
         ladder = self.ladder and (detour is None or len(points) <= MANY)
-        for start, end, bend in arcs(self.seed, len(self.history), a.parameters, b.parameters, detour):
-            self.tracked += len(ends)
-            ends = carry(self.engine, ends, start, end, bend, self.jobs, self.backend, self.typical, ladder)
-        if self.valid is not None:
-            ends = ends[self.valid(ends)]
+        unknowns, values = self._exchange(points.shape[1], len(a.parameters))
+        way = arcs(self.seed, len(self.history), a.parameters[values], b.parameters, detour)
+        ends = self._carried(points[:, unknowns], way, ladder)
         self.lost += len(points) - len(ends)
+        seen = self._add(b, ends)
+        recaptured = int((np.unique(seen) < before[1]).sum())
+        new = len(b.roots) - before[1]
+        estimate = before[1] * (recaptured + new) / recaptured if recaptured else np.inf
+        missed = np.setdiff1d(np.arange(len(b.roots)), seen[: len(ends)])
+        way = [(end, start, 1 / bend) for start, end, bend in reversed(way)]
+        self._add(a, self._carried(b.roots.points[missed], way, ladder)[:, np.argsort(unknowns)])
+        known, back = len(b.roots), len(a.roots) - before[0]
+        leg = Leg(len(points), len(ends), new, known, float(max(estimate, known)), back)
+        self.history.append(leg)
+        self.ladder |= new <= TRICKLE * len(b.roots)
+        return leg
+
+    def _exchange(self, columns: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """The exchange of unknowns and of parameters that this leg begins with."""
+        if self.exchanges is None:
+            return np.arange(columns), np.arange(count)
+        return self.exchanges(np.random.default_rng([self.seed, 14, len(self.history)]))
+
+    def _carried(self, points: np.ndarray, way: list[Arc], ladder: bool) -> np.ndarray:
+        """Ends of the paths that start at these points and are not lost on the way."""
+        for start, end, bend in way:
+            self.tracked += len(points)
+            points = carry(self.engine, points, start, end, bend, self.jobs, self.backend, self.typical, ladder)
+        return points if self.valid is None else points[self.valid(points)]
+
+    def _add(self, node: Node, points: np.ndarray) -> np.ndarray:
+        """Add roots to a node, and their images; the number of each there, those of the images behind."""
         if self.group is not None:
-            ends = self.group.representatives(ends, b.parameters)
-        known = b.roots.find(ends)
-        recaptured = len(np.unique(known[known >= 0]))
-        b.roots.add(ends)
-        new = len(b.roots) - before
-        seen = recaptured + new
-        estimate = before * seen / recaptured if recaptured else np.inf
-        self.history.append(Leg(len(points), len(ends), new, len(b.roots), float(max(estimate, len(b.roots)))))
-        last = self.history[-QUIET_LEGS:]
-        self.ladder |= len(last) == QUIET_LEGS and sum(leg.new for leg in last) <= TRICKLE * len(b.roots)
-        return self.history[-1]
+            points = self.group.representatives(points, node.parameters)
+        if self.mirror is not None:
+            images = self.mirror.points(points)
+            images = images[np.isfinite(images).all(axis=1)]
+            if self.group is not None:
+                images = self.group.representatives(images, node.parameters)
+            points = np.concatenate([points, images])
+        return node.roots.add(points)
 
 
 def arcs(
     seed: int, number: int, start: np.ndarray, end: np.ndarray, detour: Detour | None = None
-) -> list[tuple[np.ndarray, np.ndarray, complex]]:
+) -> list[Arc]:
     """The way of a leg, as (from, to, bend): one arc, or two by way of a third place, the `detour`.
 
     It depends on the number of the leg alone: a search that is resumed goes on as it would have.
@@ -170,9 +229,9 @@ def arcs(
     return [(a, b, random_bend(rng)) for a, b in itertools.pairwise(places)]
 
 
-def quiet_enough(uneven: bool, traced: bool) -> int:
-    """Legs without news that end a search."""
-    return (UNEVEN if uneven else 1) * (QUIET_LEGS + (1 if traced else ROUNDS) * DETOURS)
+def quiet_enough(uneven: bool, tested: bool) -> int:
+    """Legs without news that end a search, that of a set which is tested in another way, too, sooner."""
+    return (UNEVEN if uneven else 1) * (QUIET_LEGS + (1 if tested else ROUNDS) * DETOURS)
 
 
 def detour_of(quiet: int, farther: int = 0) -> Detour | None:
@@ -186,11 +245,12 @@ def detour_of(quiet: int, farther: int = 0) -> Detour | None:
 
 
 def two_nodes(
-    system: System, start: tuple[Any, Any] | None, rng: np.random.Generator
+    system: System, start: tuple[Any, Any] | None, rng: np.random.Generator, mirror: Mirror | None = None
 ) -> tuple[Engine, list[Node], float]:
     """An engine, two generic nodes, the first of which holds a root, and the typical size of the unknowns.
 
-    The root is the given one, or one made at random, carried away from parameters that were made to fit it.
+    The root is the given one, or one made at random, carried away from parameters that were made to fit it. With a
+    mirror the nodes are their own images.
 
     Raises
     ------
@@ -205,6 +265,9 @@ def two_nodes(
     # Leave the seed: its parameters are special. A few tries, as the seed may be ill-conditioned.
     for _ in range(20):
         nodes = [Node(scale * gaussian(rng, len(scale)), PointSet(columns, seed=k)) for k in range(2)]
+        if mirror is not None:
+            for node in nodes:
+                node.parameters = (node.parameters + mirror.parameters(node.parameters)) / 2
         bend = np.exp(1j * rng.uniform(0.3, 2.8))
         arrived = carry(engine, point, values, nodes[0].parameters, bend, typical=typical)
         if len(arrived):
@@ -263,9 +326,11 @@ class Memory:
         for _, kept in sorted(self.checkpoint.chunks(self.stage).items()):
             node = self.search.nodes[int(kept["node"][0])]
             node.roots.add(kept["points"])
+            if "back" in kept:
+                self.search.nodes[1 - int(kept["node"][0])].roots.add(kept["back"])
             numbers = kept["leg"]
             carried, arrived, new, size = (int(v) for v in numbers[:4])
-            self.search.history.append(Leg(carried, arrived, new, size, float(numbers[4])))
+            self.search.history.append(Leg(carried, arrived, new, size, float(numbers[4]), *map(int, numbers[5:])))
             self.search.tracked += int(numbers[0])
             self.search.lost += int(numbers[0] - numbers[1])
 
@@ -276,10 +341,11 @@ class Memory:
         leg = self.search.history[-1]
         number = len(self.search.history) - 1
         target = 1 - number % 2
-        roots = self.search.nodes[target].roots
+        here, roots = self.search.nodes[1 - target].roots, self.search.nodes[target].roots
         arrays = {
             "node": np.array([target], np.int64),
             "points": roots.points[len(roots) - leg.new :],
-            "leg": np.array([leg.carried, leg.arrived, leg.new, leg.known, leg.estimate], np.float64),
+            "back": here.points[len(here) - leg.back :],
+            "leg": np.array([leg.carried, leg.arrived, leg.new, leg.known, leg.estimate, leg.back], np.float64),
         }
         self.checkpoint.append(self.stage, number, arrays)

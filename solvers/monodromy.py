@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from solvers.ends import REGULAR, Ends
-from solvers.legs import Memory, Search, detour_of, evidence_of, quiet_enough, two_nodes
+from solvers.legs import Exchanges, Memory, Mirror, Search, detour_of, evidence_of, quiet_enough, two_nodes
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
@@ -47,6 +47,8 @@ def monodromy(
     count: int | None = None,
     invariant: Any = None,
     valid: Callable[[np.ndarray], np.ndarray] | None = None,
+    mirror: Mirror | None = None,
+    exchanges: Exchanges | None = None,
     trace: bool = True,
     certificates: bool = False,
     progress: Callable[[str, int, int], None] | None = None,
@@ -72,6 +74,12 @@ def monodromy(
     valid : callable, optional
         ``valid(points)``: which of the points (n, unknowns) belong to the roots that are wanted. Others, where a
         denominator vanishes that was cleared for instance, lie apart, but a path may jump to them.
+    mirror : Mirror, optional
+        Complex conjugation. The parameters are then general ones that are their own image, and every root that is
+        found brings its image with it: both are missed only if neither path is there.
+    exchanges : callable, optional
+        ``exchanges(rng)``: a random exchange of unknowns and one of parameters, as index arrays, which together map
+        roots to roots. They mix the roots far better than loops alone.
     trace : bool
         Whether to test completeness by the trace test.
     checkpoint : RunFile, optional
@@ -100,14 +108,14 @@ def monodromy(
     if rows != columns or not system.parameters:
         raise InvalidSystem("monodromy needs as many equations as unknowns, and parameters to move")
     rng = np.random.default_rng([seed, 11])
-    engine, nodes, typical = two_nodes(system, start, rng)
+    engine, nodes, typical = two_nodes(system, start, rng, mirror)
     probe = nodes[0].roots.points[:1]
     group = Group(symmetry, probe, nodes[0].parameters) if symmetry else None
     if group is not None:
         first = PointSet(columns)
         first.add(group.representatives(probe, nodes[0].parameters))
         nodes[0].roots = first
-    search = Search(engine, nodes, group, seed, jobs, backend, typical, valid=valid)
+    search = Search(engine, nodes, group, seed, jobs, backend, typical, valid=valid, mirror=mirror, exchanges=exchanges)
     wanted = None if count is None else -(-count // (group.order if group else 1))
     memory = Memory(checkpoint, system, seed, search)
     memory.recall()
@@ -153,7 +161,7 @@ def _loop_until_complete(
         sizes = [len(node.roots) for node in search.nodes]
         if progress is not None:
             progress("monodromy", max(sizes), max(sizes) if not np.isfinite(leg.estimate) else round(leg.estimate))
-        quiet, paths = (0, 0) if leg.new else (quiet + 1, paths + leg.carried)
+        quiet, paths = (0, 0) if leg.new or leg.back else (quiet + 1, paths + leg.carried)
         uneven = sizes[0] != sizes[1]
         search.ladder |= uneven and quiet > 1
         if wanted is not None:
@@ -162,7 +170,7 @@ def _loop_until_complete(
                 if len(search.fuller().roots) >= wanted:
                     break
             continue
-        if quiet < quiet_enough(uneven, trace) or (not trace and paths < QUIET_PATHS):
+        if quiet < quiet_enough(uneven, trace or search.mirror is not None) or (not trace and paths < QUIET_PATHS):
             continue
         search.settle(system)
         if not trace:

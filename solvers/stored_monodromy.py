@@ -190,7 +190,7 @@ class _Loops:
         """Whether enough of the last legs have met nothing new, on detours either."""
         legs, paths = self._quiet_legs()
         uneven = len(self.places[0]) != len(self.places[1])
-        return legs >= quiet_enough(uneven, traced=False) and paths >= QUIET_PATHS
+        return legs >= quiet_enough(uneven, tested=False) and paths >= QUIET_PATHS
 
     def _quiet_legs(self) -> tuple[int, int]:
         """How many of the last legs have met nothing new, and how many paths they had."""

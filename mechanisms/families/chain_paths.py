@@ -116,7 +116,9 @@ def paths_to_track(exponents: Sequence[int]) -> int:
 
 @lru_cache(maxsize=2)
 def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None = None, jobs: int = 1) -> Solutions:
-    """All chains at random complex displacements, from one random chain by monodromy.
+    """All chains at random displacements of general real points, from one random chain by monodromy.
+
+    Every chain comes with its mirror image.
 
     Parameters
     ----------
@@ -131,11 +133,21 @@ def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None 
     60
     """
     from solvers import monodromy
+    from solvers.legs import Mirror
 
     system, links = path_system(exponents), len(exponents)
+    mirror = Mirror(path_mirror(links).image, lambda d: np.conj(np.roll(d, 2 * links)))
     start = _random_chain(exponents, np.random.default_rng(seed))
     return monodromy(
-        system, seed, start=start, jobs=jobs, count=known, valid=lambda x: is_rotation(x, links), trace=False
+        system,
+        seed,
+        start=start,
+        jobs=jobs,
+        count=known,
+        valid=lambda x: is_rotation(x, links),
+        mirror=mirror,
+        exchanges=lambda rng: _other_order(links, rng),
+        trace=False,
     )
 
 
@@ -159,6 +171,12 @@ def united(one: Solutions, other: Solutions, system: System) -> tuple[Solutions,
     roots.add(moved)
     count = np.arange(len(roots))
     return replace(one, points=roots.points, paths=count, orbit=count), len(one) * len(moved) / max(both, 1)
+
+
+def _other_order(links: int, rng: np.random.Generator) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The points after the first in another order: how unknowns and parameters are exchanged."""
+    order = rng.permutation(2 * links)
+    return np.r_[: 2 * links, 2 * links + order], np.r_[order, 2 * links + order]
 
 
 def _random_chain(exponents: tuple[int, ...], rng: np.random.Generator) -> tuple[NDArray[Any], NDArray[Any]]:

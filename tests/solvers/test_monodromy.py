@@ -13,10 +13,11 @@ import sympy
 from benchmarks.systems import trammel_seed, trammel_system
 from benchmarks.zoo import ZOO
 from solvers import InvalidSystem, System, monodromy, solve
-from solvers.legs import Node, Search
+from solvers.homotopy import parameter_homotopy
+from solvers.legs import Mirror, Node, Search
 from solvers.points import PointSet, pairs_of_equals
 from solvers.store import RunFile
-from solvers.tracking import Interrupted
+from solvers.tracking import Interrupted, engine_of
 
 x, y, a, b, c = sympy.symbols("x y a b c")
 
@@ -156,6 +157,53 @@ def test_interrupted_loops_carry_what_was_found():
     assert len(found) == legs[-1] and found.complete is False and "stopped by the user" in found.evidence
     residual = np.abs(trammel_system().evaluate(found.points, found.parameters)[0]).max()
     assert residual < 1e-6
+
+
+# -- what maps roots to roots --------------------------------------------------------------------------------
+
+
+def turns():
+    """Two turned bars whose tip passes 2 + 2 points: 20 roots (a chain of ratio 2), in isotropic coordinates."""
+    from mechanisms.families.chain_paths import path_mirror, path_system
+
+    return path_system((1, 2)), Mirror(path_mirror(2).image, lambda d: np.conj(np.roll(d, 4)))
+
+
+def in_another_order(rng):
+    order = rng.permutation(4)
+    return np.r_[:4, 4 + order], np.r_[order, 4 + order]
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("exchanges", [None, in_another_order])
+def test_roots_bring_their_images(seed, exchanges):
+    system, mirror = turns()
+    rng = np.random.default_rng(seed)
+    z, w, t = rng.normal(size=(2, 2)) @ [1, 1j], rng.normal(size=(2, 2)) @ [1, 1j], np.exp(1j * rng.uniform(-3, 3, 4))
+    powers = t[:, None] ** [1, 2]
+    start = np.r_[z, w, t], np.r_[(powers - 1) @ z, (1 / powers - 1) @ w]
+    found = monodromy(system, seed, start=start, mirror=mirror, exchanges=exchanges, valid=turning, trace=False)
+    assert len(found) == 20
+    assert np.allclose(mirror.parameters(found.parameters), found.parameters, rtol=0, atol=1e-15)
+    assert len(pairs_of_equals(np.concatenate([found.points, mirror.points(found.points)]), 1e-8)) >= 20
+    residuals, _ = system.evaluate(found.points, found.parameters)
+    assert np.abs(residuals).max() < 1e-8
+
+
+def turning(points):
+    return np.abs(points[:, 4:]).min(axis=1) > 1e-6
+
+
+def test_the_way_back_finds_what_is_missing_at_the_start():
+    """Two of three roots here, all three there: a single leg completes the set."""
+    system = System([x**3 - a], [x], [a])
+    nodes = [Node(np.array([1 + 0j]), PointSet(1)), Node(np.array([8 + 0j]), PointSet(1))]
+    unit = np.exp(2j * np.pi * np.arange(3) / 3)[:, None]
+    nodes[0].roots.add(unit[:2])
+    nodes[1].roots.add(2 * unit)
+    engine = engine_of(parameter_homotopy(system.program, nodes[0].parameters, nodes[1].parameters, unit))
+    leg = Search(engine, nodes, None, 0, 1, "threads", 1.0).leg(0)
+    assert (leg.carried, leg.arrived, leg.new, leg.back) == (2, 2, 0, 1) and len(nodes[0].roots) == 3
 
 
 _PROGRAM = """
