@@ -9,10 +9,11 @@ table holds is printed and not solved again (a table of the version that is rele
 another FILE to count anew).  The bound is proved: the mixed volume of `chain_paths.root_bound`.
 
 The complex count is the size of the union of what two monodromy runs (more, if need be) and the tasks below have
-found.  Each run begins with its own random chain: from how many roots both have found, capture and recapture must
-estimate just as many (Lincoln and Petersen; a root missed by a run of n roots that misses m is missed by both with a
-chance of m/n).  The trace test is made where it is quick, and from some size on there is one run only.  Two links are
-solved by the multihomogeneous homotopy too, every path accounted for.
+found.  In a run every root brings its mirror image, and the points change places.  Each run begins with its own random
+chain: from how many roots both have found, capture and recapture must estimate just as many (Lincoln and Petersen; a
+root missed by a run of n roots that misses m is missed by both with a chance of m/n).  The trace test is made where it
+is quick, and from some size on there is one run only.  Two links are solved by the multihomogeneous homotopy too, every
+path accounted for.
 
 The real counts are those of tasks made of random known chains, reached by a parameter homotopy: the known chain must
 be among the real ones, and the mirror image of every root among the roots. This is capture and recapture once more: a
@@ -52,20 +53,20 @@ RUNS = 6
 #: A trace test that fails is made again along other lines so often.
 TESTS = 6
 #: Roots up to which the trace test is made: it follows two or three times as many points as there are roots.
-TRACED = 2_000
+TRACED = 50_000
 #: Paths of the multihomogeneous homotopy up to which it is followed as well.
 HOMOTOPY = 20_000
 #: Mirror images are found at this distance, relative.
 NEAR = 1e-7
-#: Arcs to one task while roots are missing.
-ARCS = 6
+#: Arcs to one task while roots are missing, and those that bring no more of them until it is left at that.
+ARCS, IN_VAIN = 6, 2
 #: Roots with links longer than this, in sizes of the path, are computed to so many digits: to sixteen rotations next to
 #: one another are the same.
 HUGE, DIGITS = 1e3, 40
 #: So are those whose mirror image is farther away than the first, but nearer than the second: nearly real ones.
 ROUNDING, NEARLY = 1e-11, 1e-3
 #: Roots up to which there is more than one run.
-TWICE = 60_000
+TWICE = 200_000
 #: The known chain is found when its links are, to this, in units of their size.
 KNOWN = 1e-5
 #: Tasks from known chains.
@@ -134,9 +135,9 @@ def real_chains(
     system, mirror, roots = paths.path_system(exponents), paths.path_mirror(links), PointSet(4 * links, NEAR)
     points = np.zeros((0, 4 * links), np.complex128)
     engine = engine_of(parameter_homotopy(system.program, found.parameters, values, found.points[:1]))
-    arcs, alone = 0, np.zeros(1, bool)
-    while arcs < ARCS and len(roots) + alone.sum() < len(found):
-        arcs += 1
+    arcs, vain, alone = 0, 0, np.zeros(1, bool)
+    while arcs < ARCS and vain < IN_VAIN and len(roots) + alone.sum() < len(found):
+        arcs, before = arcs + 1, len(roots) + alone.sum()
         ends = carry(engine, found.points, found.parameters, values, random_bend(rng), jobs, ladder=True)
         ends = ends[paths.is_rotation(ends, links)]
         units = in_units(ends, links)
@@ -147,6 +148,7 @@ def real_chains(
         number, row = np.unique(roots.add(in_units(ends, links)), return_index=True)
         points = np.concatenate([points, ends[row[number >= len(points)]]])
         alone = roots.find(mirror.image(roots.points)) < 0
+        vain = vain + 1 if len(roots) + alone.sum() == before else 0
     real = real_roots(roots.points, mirror)
     shape = (points[real, :links] + points[real, links : 2 * links].conj()) / 2 * size
     if not np.any(np.abs(shape - known.links).max(axis=1, initial=0.0) < KNOWN):

@@ -170,7 +170,8 @@ def _loop_until_complete(
                 if len(search.fuller().roots) >= wanted:
                     break
             continue
-        if quiet < quiet_enough(uneven, trace or search.mirror is not None) or (not trace and paths < QUIET_PATHS):
+        mixed = search.exchanges is not None  # no root stays missing because the way to it is a special one
+        if quiet < quiet_enough(uneven and not mixed, trace or mixed) or (not trace and paths < QUIET_PATHS):
             continue
         search.settle(system)
         if not trace:
