@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -64,7 +64,25 @@ POOR = 0.01
 SOBOL, SOBOL_STEPS, FINISHED = 64, 60, 4
 #: That search keeps this part of the lengths away from where the loop ceases to close.
 SLACK = 1e-3
+#: It keeps the longest link of the first loop below so many times the shortest, if nothing else is said, by a
+#: penalty with some margin: links of hardly any length are where descents end otherwise.
+LINK_RATIO, MARGIN = 10.0, 0.98
 SEARCHED = "from Sobol points, since fits of two dyads lead to nothing near: best found, not proved"
+
+
+class Room(NamedTuple):
+    """What a search may do on its way.
+
+    Attributes
+    ----------
+    slack : float
+        The part of the lengths that a loop keeps away from where it ceases to close.
+    ratio : float
+        The longest length of the first loop in units of the shortest.
+    """
+
+    slack: float
+    ratio: float
 
 
 @dataclass(frozen=True)
@@ -109,6 +127,7 @@ def fit_watt(
     minimax: bool = False,
     seed: int = 0,
     progress: Progress = lambda what, share: None,
+    max_link_ratio: float = LINK_RATIO,
 ) -> list[WattFit]:
     """Four-bars whose coupler point is at given points at given crank angles, all cognates, the best first.
 
@@ -127,6 +146,9 @@ def fit_watt(
         Of the homotopies.
     progress : callable
         ``progress(what, share)``.
+    max_link_ratio : float
+        A search from Sobol points keeps the longest link of the first loop below so many times the shortest; two
+        dyads leave no choice.
 
     Returns
     -------
@@ -163,9 +185,10 @@ def fit_watt(
                 found.append(polished)
     from_dyads = len(found)
     if not found or min(fit.value for fit, _ in found) > POOR:
-        for start in _sobol_starts(wanted, crank, size, seed, progress):
+        room = Room(SLACK, MARGIN * max_link_ratio)
+        for start in _sobol_starts(wanted, crank, size, seed, progress, room):
             progress("finishing the best of them", 0.0)
-            polished = _polish(start, wanted, crank, exact_first, free_timing, minimax, size, SLACK)
+            polished = _polish(start, wanted, crank, exact_first, free_timing, minimax, size, room)
             if polished is not None:
                 found.append(polished)
     searched = {id(fit) for fit, _ in found[from_dyads:]}
@@ -250,6 +273,7 @@ class Watt2Path(Family):
         """One design for each cognate, the best first."""
         progress = progress or (lambda what, share: None)
         progress("fitting dyads to all points", 0.0)
+        ratio = task.constraints.get("max_link_ratio", LINK_RATIO)
         fits = fit_watt(
             task.points[BODY],
             task.free.get("theta"),
@@ -258,9 +282,10 @@ class Watt2Path(Family):
             minimax=task.free.get("norm") == "minimax",
             seed=task.seed,
             progress=progress,
+            max_link_ratio=ratio,
         )
         for fit in fits:
-            design = with_second_loop(fit.design, fit.theta, task.seed)
+            design = with_second_loop(fit.design, fit.theta, task.seed, ratio)
             named: dict[str, Any] = {f"Z{k}": getattr(design, f"z{k}") for k in (1, 3, 4, 6, 7, 8, 9)}
             yield Candidate(
                 None,
@@ -281,12 +306,12 @@ def _polish(
     free_timing: bool,
     minimax: bool,
     size: float,
-    slack: float = 0.0,
+    room: Room | None = None,
     steps: int = 400,
 ) -> tuple[Fit, WattLinkage] | None:
     """All dimensions together, by the error of the simulated motion; None when it does not close at the points.
 
-    With a slack the descent may pass through linkages that do not close.
+    With room the descent may pass through linkages that do not close, and links stay in proportion.
     """
     count = len(wanted)
 
@@ -299,9 +324,12 @@ def _polish(
         return WattLinkage(complex(o1), *(complex(v) for v in z))
 
     def misses(x: NDArray[np.float64]) -> NDArray[np.complex128]:
-        if slack:
-            traced, missing = design_of(x).stretched(angles_of(x), slack)
-            return np.concatenate([(traced - wanted) / size, missing / size + 0j])
+        if room is not None:
+            design = design_of(x)
+            traced, missing = design.stretched(angles_of(x), room.slack)
+            lengths = design.first_loop()
+            uneven = max(0.0, math.log(max(lengths.max() / max(lengths.min(), 1e-300) / room.ratio, 1e-300)))
+            return np.concatenate([(traced - wanted) / size, missing / size + 0j, [uneven + 0j]])
         off = (design_of(x).trace(angles_of(x)) - wanted) / size
         return np.where(np.isfinite(off), off, 1.0 + 0j)
 
@@ -320,7 +348,7 @@ def _polish(
     off = (design.trace(angles_of(fit.x)) - wanted) / size
     if not np.all(np.isfinite(off)):
         return None
-    if slack:  # what was missing on the way is no error of the motion
+    if room is not None:  # what was missing on the way is no error of the motion
         plain = np.abs(off) if minimax else np.concatenate([off.real, off.imag])
         value = plain.max() if minimax else np.sqrt(np.mean(plain**2))
         fit = replace(fit, residuals=plain, value=float(value))
@@ -328,7 +356,12 @@ def _polish(
 
 
 def _sobol_starts(
-    wanted: NDArray[np.complex128], crank: NDArray[np.float64], size: float, seed: int, progress: Progress
+    wanted: NDArray[np.complex128],
+    crank: NDArray[np.float64],
+    size: float,
+    seed: int,
+    progress: Progress,
+    room: Room,
 ) -> list[WattLinkage]:
     """Where descents from Sobol points end that keep the timing: the best few."""
     middle, turn = complex(wanted.mean()), 2 * np.pi
@@ -339,7 +372,7 @@ def _sobol_starts(
         o1 = middle + size * complex(u[0], u[1])
         z1, ac, o2c = (size * u[k] * np.exp(1j * u[k + 1]) for k in (2, 4, 6))
         start = WattLinkage(o1, z1, wanted[0] - o1 - z1, wanted[0] - o1 - z1 - ac, o2c)
-        end = _polish(start, wanted, crank, False, False, False, size, SLACK, SOBOL_STEPS)
+        end = _polish(start, wanted, crank, False, False, False, size, room, SOBOL_STEPS)
         if end is not None:
             ends.append(end)
     ends.sort(key=lambda end: end[0].value)

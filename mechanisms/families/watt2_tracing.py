@@ -57,6 +57,11 @@ class WattLinkage:
         e = d - self.z9
         return {"O1": self.o1, "O2": o2, "O3": e - self.z8, "A": a, "B": b, "C": c, "D": d, "E": e}
 
+    def first_loop(self) -> NDArray[np.float64]:
+        """Lengths of crank, coupler, rocker and ground between the joints O1, A, C and O2."""
+        z2 = self.z4 - self.z3
+        return np.abs([self.z1, z2, self.z7, self.z1 - z2 - self.z7])
+
     def rotations(self, theta: ArrayLike) -> dict[str, NDArray[np.float64]]:
         """α, β, φ, γ for crank angles θ from home, on the branch of home; NaN where a loop does not close."""
         crank, p = np.asarray(theta, dtype=float), self.points()
@@ -126,10 +131,13 @@ class WattLinkage:
         return [{link: float(values[j]) for link, values in turned.items()} for j in range(np.size(theta))]
 
 
-def with_second_loop(design: WattLinkage, theta: ArrayLike, seed: int = 0) -> WattLinkage:
+def with_second_loop(
+    design: WattLinkage, theta: ArrayLike, seed: int = 0, max_link_ratio: float = np.inf
+) -> WattLinkage:
     """The same path with a second four-bar O2-D-E-O3 that transmits best over the rocker's swing, of Sobol points.
 
-    The path says nothing about it; see `mechanisms.families.watt2_path.rank_of_equation_3`.
+    The path says nothing about it; see `mechanisms.families.watt2_path.rank_of_equation_3`.  Where some of the
+    points keep the ratio of the longest to the shortest link, it is one of these.
     """
     beta = np.unwrap(design.rotations(np.linspace(0, 2 * np.pi, 181))["beta"])
     if not np.all(np.isfinite(beta)):
@@ -145,7 +153,13 @@ def with_second_loop(design: WattLinkage, theta: ArrayLike, seed: int = 0) -> Wa
     side = np.sign(np.imag(np.conj(o3 - d0) * (e0 - d0)))
     e = _meet(d, np.abs(z9)[:, None], o3[:, None], np.abs(z8)[:, None], side[:, None])
     least = np.abs(np.sin(np.angle((d - e) * np.conj(e - o3[:, None])))).min(axis=1)
-    best = int(np.nanargmax(np.where(np.isfinite(least), least, -1.0)))
+    least = np.where(np.isfinite(least), least, -1.0)
+    p = design.points()
+    lengths = np.abs([z5, design.z7 - z5, z9, z8, o2 - o3, p["O1"] - o3])
+    shortest, longest = (f(lengths, axis=0) for f in (np.min, np.max))
+    first = design.first_loop()
+    ratio = np.maximum(longest, first.max()) / np.minimum(shortest, first.min())
+    best = int(np.argmax(np.where(ratio <= max_link_ratio, least, least - 2)))
     z6 = design.z7 - z5[best]
     return WattLinkage(design.o1, design.z1, design.z3, design.z4, design.z7, z6, complex(z8[best]), complex(z9[best]))
 

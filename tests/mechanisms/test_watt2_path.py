@@ -139,6 +139,20 @@ def test_a_drawn_curve_gets_a_linkage_though_no_two_dyads_close() -> None:
     assert not fit_watt(POINTS)[0].searched
 
 
+@pytest.mark.parametrize("ratio", [3.0, 10.0])
+def test_a_search_keeps_its_links_in_proportion(ratio: float) -> None:
+    t = 2 * np.pi * np.arange(24) / 24
+    curve = np.exp(1j * t) + 0.35 * np.exp(2j * t) + 0.15 * np.exp(-1j * t) + 0.1 * np.exp(-3j * t)
+    best = next(fit for fit in fit_watt(curve, max_link_ratio=ratio) if fit.searched)
+    assert best.rms < 0.15
+    whole = with_second_loop(best.design, best.theta, max_link_ratio=ratio)
+    points = whole.points()
+    bars = ["O1-A", "A-C", "C-O2", "O1-O2", "O1-O3", "O2-O3", "O2-D", "D-C", "D-E", "E-O3"]
+    lengths = [abs(points[a] - points[b]) for a, b in (bar.split("-") for bar in bars)]
+    np.testing.assert_allclose(np.sort(lengths[:4]), np.sort(best.design.first_loop()), rtol=1e-9)
+    assert max(lengths) <= ratio * min(lengths) * (1 + 1e-9)
+
+
 def test_a_stretched_trace_is_the_trace_where_the_loop_closes() -> None:
     design = WattLinkage(0j, 1 + 0j, 1 + 1j, 0.6 + 0.5j, -0.8 + 0.6j)
     theta = np.linspace(0, 2 * np.pi, 60)
