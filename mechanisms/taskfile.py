@@ -235,7 +235,19 @@ class _Reader(Checker):
                 allowed = _either(counts)
                 reason = f": {family.too_many}" if count > max(counts) and family.too_many else ""
                 place = what if name == BODY else f"effectors.{name}.{what}"
-                self.fail(place, f"{count} given, but {family.name} takes {allowed} {what}{reason}")
+                hint = self._others(count, what, family)
+                self.fail(place, f"{count} given, but {family.name} takes {allowed} {what}{reason}{hint}")
+
+    def _others(self, count: int, what: str, family: Family) -> str:
+        """Which mechanisms of one body take so many poses or points, as a hint."""
+        every = map(families.family, families.names())
+        fitting = [
+            other.name
+            for other in every
+            if other.effectors == family.effectors == (BODY,)
+            and count in (other.pose_counts if what == "poses" else other.point_counts)
+        ]
+        return f"; {' or '.join(fitting)} takes {count}" if fitting else ""
 
     def free(
         self,
