@@ -22,6 +22,9 @@ SAME = 1e-7
 _BLOCK = 1 << 17
 #: Values of a functional are rounded by as much.
 ROUNDED = 1e-15
+#: Neighbours of a point in a line, above which they are looked for in a plane: of a million points at a distance of
+#: 1e-4 there are hundreds, but hardly one in the same square.
+CROWDED = 8.0
 
 #: Maps points (n, k), or points and their parameters (m,) or (n, m), to points (n, k).
 Symmetry = Callable[..., np.ndarray]
@@ -90,19 +93,40 @@ def pairs_of_equals(
     if count < 2:
         return np.zeros((0, 2), np.int64)
     relative = np.broadcast_to(np.asarray(tolerance, float), (count,))
-    sizes, keys = keys_of(points, functional(size, seed), floor)
-    allowed = relative * sizes
-    order = np.argsort(keys, kind="stable")
-    if np.diff(keys[order]).min() > 2 * relative.max() + ROUNDED:  # no two are neighbours
+    sizes, values = values_of(points, functional(size, seed), floor)
+    allowed, reach = relative * sizes, 2 * relative.max() + ROUNDED
+    order = np.argsort(values.real, kind="stable")
+    if np.diff(values.real[order]).min() > reach:  # no two are neighbours
         return np.zeros((0, 2), np.int64)
-    pairs = []
-    for place, at in windows(keys[order], keys[order], 2 * relative[order]):
-        other = place != at
-        i, j = order[place[other]], order[at[other]]
+    pairs = [np.zeros((0, 2), np.int64)]
+    crowded = count * reach > CROWDED and np.isfinite(values).any()
+    for i, j in _in_cells(values, reach) if crowded else _in_line(values.real, order, relative):
         close = np.abs(points[i] - points[j]).max(axis=1) <= np.maximum(allowed[i], allowed[j])
         pairs.append(np.sort(np.stack([i[close], j[close]], axis=1), axis=1))
     found = np.concatenate(pairs)
     return np.unique(found, axis=0) if len(found) else found
+
+
+def _in_line(
+    keys: np.ndarray, order: np.ndarray, relative: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Pairs of points, block by block, of which the keys are neighbours."""
+    for place, at in windows(keys[order], keys[order], 2 * relative[order]):
+        other = place != at
+        yield order[place[other]], order[at[other]]
+
+
+def _in_cells(values: np.ndarray, reach: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Pairs of points, block by block, of which the values are in one square of this side or in adjacent ones."""
+    column, row = (np.floor((part - np.nanmin(part)) / reach) for part in (values.real, values.imag))
+    height = np.nanmax(row) + 3
+    cells = column * height + row
+    order = np.argsort(cells, kind="stable")
+    cells = cells[order]
+    for step in (0, 1, height - 1, height, height + 1):
+        for place, at in windows(cells, cells + step, 0.25):
+            other = (place < at) | (step > 0)
+            yield order[place[other]], order[at[other]]
 
 
 @lru_cache(maxsize=64)
@@ -128,13 +152,20 @@ def combined(points: np.ndarray, weights: Any) -> np.ndarray:
 def keys_of(
     points: np.ndarray, functional: np.ndarray, floor: float = 1e-300
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Sizes of points, at least `floor`, and real numbers that are nearly equal for points that are, shape (n,) each.
+    """Sizes of points, at least `floor`, and real numbers that are nearly equal where points are, shape (n,) each."""
+    size, values = values_of(points, functional, floor)
+    return size, values.real
 
-    The numbers are values of a functional at the points in units of their own sizes: two that are t apart, relative to
-    either, are at most 2 t apart then.
+
+def values_of(
+    points: np.ndarray, functional: np.ndarray, floor: float = 1e-300
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes of points, at least `floor`, and a functional at the points in units of their own sizes, shape (n,) each.
+
+    Of two points that are t apart, relative to either, the values are at most 2 t apart.
     """
     size = np.maximum(np.abs(points).max(axis=1, initial=0.0), floor)
-    return size, combined(points, functional).real / size
+    return size, combined(points, functional) / size
 
 
 def windows(

@@ -82,3 +82,18 @@ def test_pairs_and_members_against_all_distances(seed):
     known.add(base)
     found = known.find(points)
     assert (found[:120] == np.tile(np.arange(60), 2)).all() and (found[120:] < 0).all()
+
+
+@pytest.mark.parametrize("count, tolerance", [(80, 0.5), (300, 0.1), (2000, 1e-2), (1500, 1e-6)])
+def test_pairs_in_a_crowd_are_those_of_all_distances(count, tolerance):
+    """So many points within reach that they are looked for in a plane; one of them is no number."""
+    rng = np.random.default_rng(count)
+    points = rng.normal(size=(count, 3)) + 1j * rng.normal(size=(count, 3))
+    tenth = count // 10
+    points[:tenth] = points[tenth : 2 * tenth] * (1 + 1.5 * tolerance * rng.random((tenth, 1)))
+    points[-1] = np.nan
+    distance = np.abs(points[:, None] - points[None]).max(axis=2)
+    size = np.abs(points).max(axis=1)
+    expected = np.argwhere(np.triu(distance <= tolerance * np.maximum(size[:, None], size[None]), 1))
+    found = pairs_of_equals(points, tolerance)
+    assert len(expected) > tenth / 2 and np.array_equal(found, expected)
