@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from solvers.certify import certify as certify
     from solvers.from_sympy import InvalidSystem as InvalidSystem
+    from solvers.legs import Mirror as Mirror
     from solvers.monodromy import monodromy as monodromy
     from solvers.solutions import Solutions as Solutions
     from solvers.solve import solve as solve
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Interrupted": "solvers.tracking",
     "InvalidSystem": "solvers.from_sympy",
+    "Mirror": "solvers.legs",
     "Solutions": "solvers.solutions",
     "System": "solvers.system",
     "certify": "solvers.certify",

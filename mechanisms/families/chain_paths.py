@@ -132,8 +132,7 @@ def generic_chains(exponents: tuple[int, ...], seed: int = 0, known: int | None 
     >>> len(generic_chains((1, -2), known=60))
     60
     """
-    from solvers import monodromy
-    from solvers.legs import Mirror
+    from solvers import Mirror, monodromy
 
     system, links = path_system(exponents), len(exponents)
     mirror = Mirror(path_mirror(links).image, lambda d: np.conj(np.roll(d, 2 * links)))
