@@ -9,6 +9,7 @@ one is a quotient of integers. No power is ever formed, so large exponents do no
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,20 +40,27 @@ class Lattice:
 
     def turns(self, indices: np.ndarray) -> np.ndarray:
         """What the angles of solutions have beyond those of solution 0, in turns, shape (len(indices), n)."""
-        n = len(self.adjugate)
-        if self.count == 1:
-            return np.zeros((len(indices), n))
-        small = self.count < 2**31 and np.abs(self.adjugate).max(initial=0) < 2**31
-        dtype = np.int64 if small else object
-        rest = np.array(indices).astype(dtype)
-        adjugate = self.adjugate.astype(dtype)
-        turns = np.zeros((len(rest), n), dtype=dtype)
-        for j, radix in enumerate(self.radices):
-            if radix > 1:
-                digit = rest % radix
-                rest = rest // radix
-                turns = (turns + digit[:, None] * (adjugate[:, j] % self.count)[None, :]) % self.count
-        return turns.astype(np.float64) / float(self.count)
+        return turns_of([self], np.zeros(len(indices), np.int64), indices)
+
+
+def turns_of(lattices: Sequence[Lattice], which: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """What the angles of solutions have beyond those of solution 0 of their lattice, in turns, shape (solutions, n).
+
+    `which` are their lattices, `indices` their numbers there.
+    """
+    adjugates = np.array([lattice.adjugate for lattice in lattices])
+    counts = [lattice.count for lattice in lattices]
+    small = max(counts, default=1) < 2**31 and np.abs(adjugates).max(initial=0) < 2**31
+    dtype = np.int64 if small else object
+    radices = np.array([lattice.radices for lattice in lattices], dtype)[which]
+    count = np.array(counts, dtype)[:, None]
+    adjugates = (adjugates.astype(dtype) % count[:, :, None])[which]
+    count, rest = count[which], np.array(indices).astype(dtype)
+    turns = np.zeros(adjugates.shape[:2], dtype)
+    for j in range(turns.shape[1]):
+        turns = (turns + (rest % radices[:, j])[:, None] * adjugates[:, :, j]) % count
+        rest = rest // radices[:, j]
+    return np.asarray(turns.astype(np.float64) / count.astype(np.float64))
 
 
 def binomial_lattices(exponents: np.ndarray, counts: np.ndarray) -> list[Lattice]:

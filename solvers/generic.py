@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solvers.binomial import Lattice, binomial_lattices
+from solvers.binomial import Lattice, binomial_lattices, turns_of
 from solvers.mixed_cells import MixedCells
 from solvers.monomials import coefficient_program
 from solvers.tape import Program
@@ -87,10 +87,12 @@ class Generic:
 
     def _turns(self, indices: np.ndarray, cell_of: np.ndarray) -> np.ndarray:
         turns = np.zeros((len(indices), len(self.cells.supports)))
-        several = self.cells.volumes[cell_of] > 1
-        for cell in np.unique(cell_of[several]).tolist():
-            here = cell_of == cell
-            turns[here] = self.lattices[cell].turns(indices[here] - self.first[cell])
+        several = np.flatnonzero(self.cells.volumes[cell_of] > 1)
+        if not several.size:
+            return turns
+        cells, which = np.unique(cell_of[several], return_inverse=True)
+        numbers = indices[several] - self.first[cell_of[several]]
+        turns[several] = turns_of([self.lattices[cell] for cell in cells.tolist()], which, numbers)
         return turns
 
     def cell_of(self, indices: np.ndarray) -> np.ndarray:
