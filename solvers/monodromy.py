@@ -13,12 +13,25 @@ full, and the trace test of :mod:`solvers.trace` passed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from solvers.ends import REGULAR, Ends
-from solvers.legs import Exchanges, Memory, Mirror, Search, detour_of, evidence_of, quiet_enough, two_nodes
+from solvers.legs import (
+    Exchanges,
+    Memory,
+    Mirror,
+    Node,
+    Search,
+    detour_of,
+    evidence_of,
+    gaussian,
+    quiet_enough,
+    sizes,
+    two_nodes,
+)
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
 from solvers.system import InvalidSystem, System
@@ -34,6 +47,8 @@ QUIET_PATHS = 100
 MOST_TESTS = 6
 #: Legs after which the loops end, whatever has happened.
 MOST_LEGS = 200
+#: Arcs to one place while roots are lost on the way there.
+MOST_ARCS = 8
 
 
 def monodromy(
@@ -75,7 +90,7 @@ def monodromy(
         ``valid(points)``: which of the points (n, unknowns) belong to the roots that are wanted. Others, where a
         denominator vanishes that was cleared for instance, lie apart, but a path may jump to them.
     mirror : Mirror, optional
-        Complex conjugation. The parameters are then general ones that are their own image, and every root that is
+        Complex conjugation. The loops then lead through parameters that are their own image, and every root that is
         found brings its image with it: both are missed only if neither path is there.
     exchanges : callable, optional
         ``exchanges(rng)``: a random exchange of unknowns and one of parameters, as index arrays, which together map
@@ -121,6 +136,8 @@ def monodromy(
     memory.recall()
     try:
         test = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory)
+        if mirror is not None:
+            _leave_mirror(search, rng)
         return _result(system, search, group, wanted, test, seed, certificates)
     except KeyboardInterrupt:
         solutions = _result(system, search, group, wanted, None, seed, False)
@@ -197,6 +214,18 @@ def _loop_until_complete(
         if test.passed or tests == MOST_TESTS:
             break
     return test
+
+
+def _leave_mirror(search: Search, rng: np.random.Generator) -> None:
+    """Carry everything to general parameters: from some that are their own image, lines to others meet collisions."""
+    home = search.fuller()
+    away = Node(sizes(home.parameters) * gaussian(rng, len(home.parameters)), PointSet(home.roots.points.shape[1]))
+    way = replace(search, nodes=[home, away], mirror=None, ladder=True, history=[], tracked=0, lost=0)
+    while len(away.roots) < len(home.roots) and len(way.history) < MOST_ARCS:
+        way.leg(0)
+    search.tracked += way.tracked
+    if len(away.roots) >= len(home.roots):
+        search.nodes = [away, home]
 
 
 def _result(

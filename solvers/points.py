@@ -99,7 +99,7 @@ def pairs_of_equals(
     if np.diff(values.real[order]).min() > reach:  # no two are neighbours
         return np.zeros((0, 2), np.int64)
     pairs = [np.zeros((0, 2), np.int64)]
-    crowded = count * reach > CROWDED and np.isfinite(values).any()
+    crowded = np.ndim(tolerance) == 0 and count * reach > CROWDED and np.isfinite(values).any()
     for i, j in _in_cells(values, reach) if crowded else _in_line(values.real, order, relative):
         close = np.abs(points[i] - points[j]).max(axis=1) <= np.maximum(allowed[i], allowed[j])
         pairs.append(np.sort(np.stack([i[close], j[close]], axis=1), axis=1))

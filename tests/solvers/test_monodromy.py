@@ -184,14 +184,25 @@ def test_roots_bring_their_images(seed, exchanges):
     start = np.r_[z, w, t], np.r_[(powers - 1) @ z, (1 / powers - 1) @ w]
     found = monodromy(system, seed, start=start, mirror=mirror, exchanges=exchanges, valid=turning, trace=False)
     assert len(found) == 20
-    assert np.allclose(mirror.parameters(found.parameters), found.parameters, rtol=0, atol=1e-15)
-    assert len(pairs_of_equals(np.concatenate([found.points, mirror.points(found.points)]), 1e-8)) >= 20
+    assert np.abs(mirror.parameters(found.parameters) - found.parameters).max() > 0.1  # general ones in the end
     residuals, _ = system.evaluate(found.points, found.parameters)
     assert np.abs(residuals).max() < 1e-8
 
 
 def turning(points):
     return np.abs(points[:, 4:]).min(axis=1) > 1e-6
+
+
+def test_roots_from_loops_with_a_mirror_are_carried_to_real_tasks():
+    """From parameters that are their own image conjugate pairs would meet on the way."""
+    from mechanisms.families.chain_paths import generic_chains, path_parameters, path_system
+
+    known = generic_chains((1, 2, 3), 2)
+    assert len(known) == 1314
+    rng = np.random.default_rng(4)
+    values, _ = path_parameters(rng.normal(size=(7, 2)) @ [1, 1j])
+    ends = solve(path_system((1, 2, 3)), values, start=known)
+    assert len(ends) == 1314 and ends.ledger.failed == 0 and sum(ends.ledger.rungs.values()) < 60
 
 
 def test_the_way_back_finds_what_is_missing_at_the_start():

@@ -1,5 +1,7 @@
 """Sets of approximate points and groups that act on them."""
 
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -97,3 +99,15 @@ def test_pairs_in_a_crowd_are_those_of_all_distances(count, tolerance):
     expected = np.argwhere(np.triu(distance <= tolerance * np.maximum(size[:, None], size[None]), 1))
     found = pairs_of_equals(points, tolerance)
     assert len(expected) > tenth / 2 and np.array_equal(found, expected)
+
+
+def test_one_point_that_is_hardly_known_makes_no_crowd():
+    """Each has a reach of its own: that of one is larger than everything, and all pairs are not looked at."""
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(20_000, 2)) + 1j * rng.normal(size=(20_000, 2))
+    tolerance = np.full(len(points), 1e-9)
+    tolerance[7] = 0.3
+    began = time.perf_counter()
+    found = pairs_of_equals(points, tolerance)
+    assert time.perf_counter() - began < 2.0
+    assert len(found) and (found == 7).any(axis=1).all()
