@@ -1,11 +1,13 @@
 """PHCpack's text format: the number of equations, then the polynomials, each ended by a semicolon.
 
-The first line may hold a second number, the number of unknowns. Unknowns are all names that occur, in order of
-appearance; `i` and `I` are the imaginary unit. What follows the last polynomial (title, solutions) is not read.
+The first line may hold a second number, the number of unknowns; a polynomial begins on that line only if it cannot be
+taken for a count. Unknowns are all names that occur, in order of appearance; `i` and `I` are the imaginary unit. What
+follows the last polynomial (title, solutions) is not read.
 """
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from solvers.degrees import degree_bounds
@@ -85,15 +87,18 @@ def finish(reader: Reader, nodes: list[int], names: list[str], groups: Any = Non
 
 
 def _first_line(reader: Reader) -> tuple[int, int | None]:
-    count = _count(reader, "the first line must be the number of equations")
-    # A second number on the first line is the number of unknowns.
-    first_line_end = reader.text.find("\n", reader.offsets[0])
-    same_line = first_line_end < 0 or reader.offsets[reader.at] < first_line_end
-    if reader.kind == "number" and same_line and reader.words[reader.at].isdigit():
-        following = reader.words[reader.at + 1]
-        if following not in ("*", "/", "^", "**", "+", "-", ";"):
-            return count, _count(reader, "the number of unknowns is expected")
-    return count, None
+    """The numbers of equations and, where it is given, of unknowns."""
+    equations = _count(reader, "the first line must be the number of equations")
+    line_end = re.compile(r"[\r\n]|\Z").search(reader.text, reader.offsets[0])
+    assert line_end is not None
+    unknowns = None
+    if reader.kind == "number" and reader.offsets[reader.at] < line_end.start():
+        unknowns = _count(reader, "behind the number of equations, only the number of unknowns may stand on its line")
+    on_line = reader.kind != "end" and reader.offsets[reader.at] < line_end.start()
+    # PHCpack would take 3 in "2 3*x" for the number of unknowns, and "1 - x;" may be a polynomial without a count.
+    if on_line and reader.kind != "name" and reader.word != "(":
+        raise reader.error(f"a polynomial that begins with a number or a sign needs a new line, {reader.found()}")
+    return equations, unknowns
 
 
 def _count(reader: Reader, message: str) -> int:

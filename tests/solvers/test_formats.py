@@ -77,8 +77,46 @@ def test_bertini_reads_declarations_constants_subfunctions_and_groups():
 
 
 @pytest.mark.parametrize(
+    "text, first",
+    [
+        ("2 2\n-x^2 - y + 5;\n x*y - 2;\n", "-x**2 - y + 5"),
+        ("2 2\r\n+x^2 - y;\r\n x*y - 2;\r\n", "x**2 - y"),
+        ("2 2\n\n - 3*x + y; x*y - 2;", "-3*x + y"),
+        ("2\r-x + y;\rx*y - 2;", "-x + y"),
+        ("2\n3*x + y;\n x - 2*y;", "3*x + y"),
+        ("2\n2 + x - y;\n x - 2*y;", "2 + x - y"),
+        ("2\n3/2*x + y; x*y - 2;", "3*x/2 + y"),
+        ("2 2 x - y; x*y - 2;", "x - y"),
+        ("2 x - y; x*y - 2;", "x - y"),
+        ("2 (x - y)*3; x*y - 2;", "3*x - 3*y"),
+    ],
+)
+def test_counts_end_with_their_line(text, first):
+    found = read_phcpack(text)
+    assert same(
+        System.from_program(found.program, unknowns=found.unknowns),
+        System([sympy.sympify(first), sympy.sympify(text.split(";")[1].strip())], sympy.symbols("x y")),
+    )
+
+
+@pytest.mark.parametrize("unknowns", [1, 2, 3])
+def test_a_leading_sign_survives_phcpack(unknowns):
+    names = sympy.symbols("x y z")[:unknowns]
+    system = System([-sum(names) + 5, -2 * names[0] ** 2 + 1][: max(1, unknowns - 1)], names)
+    assert same(read_phcpack(write_phcpack(system)), system)
+    system = System([-sum(names) + 5, -2 * names[0] ** 2 + 1, names[-1] - 3, names[0] - 1], names)
+    assert same(read_phcpack(write_phcpack(system)), system)
+
+
+@pytest.mark.parametrize(
     "text, line, column, words",
     [
+        ("2 3*x - y;\nx;", 1, 4, "new line, found '*'"),
+        ("1 1 - x;", 1, 5, "new line, found '-'"),
+        ("1 - x^2;", 1, 3, "new line, found '-'"),
+        ("1 3;", 1, 4, "new line, found ';'"),
+        ("1 2.5*x - 5;", 1, 3, "only the number of unknowns"),
+        ("1 1\n*x;", 2, 1, "a number, a name or a parenthesis is missing"),
         ("2\nx - y + ;\nx;", 2, 9, "missing behind '+'"),
         ("2\nx - y;\n  x*2y;", 3, 6, "operator is missing between '2' and 'y'"),
         ("2\nx(y);\nx;", 2, 2, "operator is missing between 'x' and '('"),
