@@ -44,7 +44,7 @@ TOKEN = re.compile(
     | (?P<sign>[+-])
     | (?P<symbol>[*/();,=:{}\[\]])
     """,
-    re.VERBOSE,
+    re.VERBOSE | re.ASCII,  # digits are 0 to 9, as in the programs that these files are for
 )
 
 
@@ -124,6 +124,10 @@ class Reader:
     def word(self) -> str:
         """The text of the next token."""
         return self.words[self.at]
+
+    def is_whole(self) -> bool:
+        """Whether the next token is a whole number. (str.isdigit alone holds for ², too, which int refuses.)"""
+        return self.kind == "number" and self.word.isdigit()
 
     def error(self, message: str, at: int | None = None) -> FormatError:
         """A FormatError at the next token, or at token number `at`."""
@@ -232,7 +236,7 @@ class Reader:
         word = self.word
         if word == "-":
             raise self.error("a negative exponent: multiply the equation by that power to make it polynomial")
-        if not word.isdigit():
+        if not self.is_whole():
             raise self.error(f"an exponent must be a whole number, {self.found()}")
         if len(word) > 9 or int(word) > LARGEST_EXPONENT:
             raise self.error(f"the exponent {word[:20]} is larger than {LARGEST_EXPONENT}")

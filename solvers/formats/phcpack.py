@@ -103,7 +103,7 @@ def _first_line(reader: Reader) -> tuple[int, int | None]:
 
 def _count(reader: Reader, message: str) -> int:
     word = reader.word
-    if not word.isdigit() or len(word) > 9 or not 0 < int(word) <= LARGEST_COUNT:
+    if not reader.is_whole() or len(word) > 9 or not 0 < int(word) <= LARGEST_COUNT:
         raise reader.error(f"{message}, {reader.found()}")
     reader.at += 1
     return int(word)

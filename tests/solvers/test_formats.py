@@ -116,6 +116,12 @@ def test_a_leading_sign_survives_phcpack(unknowns):
         ("1 - x^2;", 1, 3, "new line, found '-'"),
         ("1 3;", 1, 4, "new line, found ';'"),
         ("1 2.5*x - 5;", 1, 3, "only the number of unknowns"),
+        ("1\nx^²-1;", 2, 3, "whole number, found '²'"),
+        ("1\nx^(2²)-1;", 2, 5, "')' is missing behind the exponent, found '²'"),
+        ("1\n²*x;", 2, 1, "found '²'"),
+        ("1\nx - ٣;", 2, 5, "found '٣'"),
+        ("²\nx;", 1, 1, "number of equations, found '²'"),
+        ("1 ²\nx;", 1, 3, "found '²'"),
         ("1 1\n*x;", 2, 1, "a number, a name or a parenthesis is missing"),
         ("2\nx - y + ;\nx;", 2, 9, "missing behind '+'"),
         ("2\nx - y;\n  x*2y;", 3, 6, "operator is missing between '2' and 'y'"),
@@ -153,6 +159,8 @@ def test_phcpack_errors_say_where(text, line, column, words):
 @pytest.mark.parametrize(
     "text, words",
     [
+        ("variable_group x; function f; f = x^²;", "whole number, found '²'"),
+        ("variable_group x; function f; f = ²;", "found '²'"),
         ("variable_group x; function f; f = x + y;", "'y' has not been declared"),
         ("variable_group x; function f; f = sin(x);", "sin is not polynomial"),
         ("variable_group x; function f; f = x + i;", "the imaginary unit is I"),
@@ -249,12 +257,15 @@ def test_files(tmp_path):
     assert read_system(path).unknowns == ("x1", "x2", "x3")
     path.write_text("variable_group a; function f; f = a;")
     assert read_system(path).unknowns == ("a",)
+    path.write_text("²\nx;", encoding="utf-8")
+    with pytest.raises(FormatError, match="number of equations, found '²'"):
+        read_system(path)
     path.write_bytes(b"2\n\xff\xfe")
     with pytest.raises(FormatError, match="not UTF-8"):
         read_system(path)
 
 
-ALPHABET = "xyzEi01239.;+-*/^()= \n,Ie%&{}é\\\"'_[]"
+ALPHABET = "xyzEi01239.;+-*/^()= \n,Ie%&{}é²٣\\\"'_[]"
 SEEDS = (
     NOON,
     CIRCLES,
