@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from solvers.formats.bertini import read_bertini, write_bertini
-from solvers.formats.expressions import FormatError
+from solvers.formats.expressions import BYTE_ORDER_MARK, FormatError
 from solvers.formats.phcpack import read_phcpack, write_phcpack
 from solvers.system import System
 
@@ -33,7 +33,7 @@ def read_system(path: str | Path) -> System:
     if size > LARGEST_FILE:
         raise FormatError("", 0, f"{path} has {size} bytes, more than {LARGEST_FILE}")
     try:
-        text = path.read_bytes().decode("utf-8")
+        text = path.read_bytes().decode("utf-8").removeprefix(BYTE_ORDER_MARK)
     except UnicodeDecodeError as error:
         raise FormatError("", 0, f"{path} is not text: byte {error.start} is not UTF-8") from None
     return read_phcpack(text) if text.lstrip()[:1].isdigit() else read_bertini(text)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from solvers.formats.expressions import FormatError, Reader, Value
+from solvers.formats.expressions import BYTE_ORDER_MARK, FormatError, Reader, Value
 from solvers.formats.numbers import coefficient
 from solvers.formats.phcpack import finish
 from solvers.from_sympy import InvalidSystem
@@ -56,6 +56,7 @@ def read_bertini(text: str) -> System:
     >>> system.unknowns, system.degrees
     (('x', 'y'), (2, 2))
     """
+    text = text.removeprefix(BYTE_ORDER_MARK)
     reader = _BertiniReader(text, _input_starts(text), comment="%")
     groups, functions = _declarations(reader)
     names = [name for group in groups for name in group]

@@ -29,6 +29,9 @@ LARGEST_POWER_OF_TEN = 400
 #: Bits of a constant that a power of constants may have.
 LARGEST_CONSTANT_BITS = 20_000
 
+#: Editors put it before a text to say that it is UTF-8; readers drop it.
+BYTE_ORDER_MARK = "\ufeff"
+
 #: A value is either an exact constant (pair of fractions) or a node of the tape.
 Value = Exact | Node
 

@@ -11,7 +11,7 @@ import re
 from typing import Any
 
 from solvers.degrees import degree_bounds
-from solvers.formats.expressions import LARGEST_EXPONENT, FormatError, Reader, Value
+from solvers.formats.expressions import BYTE_ORDER_MARK, LARGEST_EXPONENT, FormatError, Reader, Value
 from solvers.formats.numbers import coefficient
 from solvers.from_sympy import InvalidSystem
 from solvers.graph import Builder
@@ -50,6 +50,7 @@ def read_phcpack(text: str) -> System:
     >>> system.unknowns, system.degrees
     (('x1', 'x10'), (2, 2))
     """
+    text = text.removeprefix(BYTE_ORDER_MARK)
     reader = Reader(text)
     equations, unknowns = _first_line(reader)
     names = _names(reader, equations)

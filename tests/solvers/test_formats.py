@@ -41,6 +41,7 @@ h = E - i0;
 i0 = 3;
 END;
 """
+CIRCLES_IN_ORDER = CIRCLES.replace("h = E - i0;\ni0 = 3;", "i0 = 3;\nh = E - i0;")
 
 
 def same(left, right):
@@ -64,8 +65,7 @@ def test_names_that_trap_others():
 
 
 def test_bertini_reads_declarations_constants_subfunctions_and_groups():
-    text = CIRCLES.replace("h = E - i0;\ni0 = 3;", "i0 = 3;\nh = E - i0;")
-    system = read_bertini(text)
+    system = read_bertini(CIRCLES_IN_ORDER)
     assert system.unknowns == ("x", "y", "E")
     assert system.groups == ((0, 1), (2,))
     x, y, E = sympy.symbols("x y E")
@@ -263,6 +263,21 @@ def test_files(tmp_path):
     path.write_bytes(b"2\n\xff\xfe")
     with pytest.raises(FormatError, match="not UTF-8"):
         read_system(path)
+
+
+@pytest.mark.parametrize("line_end", ["\n", "\r\n"])
+def test_a_byte_order_mark_is_dropped(tmp_path, line_end):
+    path = tmp_path / "marked.txt"
+    for text, read in ((NOON, read_phcpack), (NOON.lstrip(), read_phcpack), (CIRCLES_IN_ORDER, read_bertini)):
+        text = text.replace("\n", line_end)
+        assert same(read("\ufeff" + text), read(text))
+        path.write_bytes(text.encode("utf-8-sig"))
+        assert same(read_system(path), read(text))
+    with pytest.raises(FormatError) as caught:
+        read_phcpack("\ufeffx;")
+    assert caught.value.column == 1
+    path.write_bytes("INPUT variable_group x; function f; f = x;".encode("utf-8-sig"))
+    assert read_system(path).unknowns == ("x",)
 
 
 ALPHABET = "xyzEi01239.;+-*/^()= \n,Ie%&{}é²٣\\\"'_[]"
