@@ -47,8 +47,17 @@ class Terms:
 
     @cached_property
     def coefficients(self) -> tuple[np.ndarray, ...]:
-        """The coefficients rounded to complex128, one array of shape (terms,) for each equation."""
-        return tuple(np.array([rounded(value) for value in row], dtype=np.complex128) for row in self.exact)
+        """The coefficients rounded to complex128, one array of shape (terms,) for each equation.
+
+        Raises InvalidSystem if one is too large for that.
+        """
+        rows = []
+        for number, row in enumerate(self.exact):
+            try:
+                rows.append(np.array([rounded(value) for value in row], dtype=np.complex128))
+            except InvalidSystem as error:
+                raise InvalidSystem(f"equation {number}, multiplied out: {error}") from None
+        return tuple(rows)
 
     @property
     def count(self) -> int:

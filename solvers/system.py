@@ -154,7 +154,10 @@ class System:
                 if isinstance(value, str):
                     raise TypeError
                 numbers.append(complex(value))
-            except (TypeError, ValueError, OverflowError):
+            except OverflowError:  # an integer, perhaps too long to be shown
+                name = self.parameters[k] if k < len(self.parameters) else f"number {k}"
+                raise InvalidSystem(f"the value of the parameter {name} is too large for double precision") from None
+            except (TypeError, ValueError):
                 name = self.parameters[k] if k < len(self.parameters) else f"number {k}"
                 raise InvalidSystem(f"the value of the parameter {name} is {value!r}, not a number") from None
         values = np.asarray(numbers, dtype=np.complex128)

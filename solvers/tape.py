@@ -5,6 +5,7 @@ Programs are written by a :class:`solvers.graph.Builder`.
 
 from __future__ import annotations
 
+import decimal
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -48,7 +49,46 @@ def rounded(value: Exact) -> complex:
     (0.5+2j)
     """
     re, im = value
-    return complex(re.numerator / re.denominator, im.numerator / im.denominator)
+    try:
+        return complex(re.numerator / re.denominator, im.numerator / im.denominator)
+    except OverflowError:
+        return complex(double(re), double(im))  # one of them says what is wrong
+
+
+def double(value: Fraction) -> float:
+    """A fraction to double precision.
+
+    Raises
+    ------
+    InvalidSystem
+        It is too large.
+
+    >>> double(Fraction(-(10**400), 3))
+    Traceback (most recent call last):
+        ...
+    solvers.from_sympy.InvalidSystem: the number -3.33333e+399 is beyond the range of double precision, about 1e308: \
+divide its equation by a power of ten, or measure the unknowns in other units
+    """
+    try:
+        return value.numerator / value.denominator
+    except OverflowError:
+        from solvers.from_sympy import InvalidSystem  # that module needs this one
+
+        raise InvalidSystem(
+            f"the number {approximately(value)} is beyond the range of double precision, about 1e308: "
+            "divide its equation by a power of ten, or measure the unknowns in other units"
+        ) from None
+
+
+def approximately(value: Fraction) -> str:
+    """Six digits of a number of any size.
+
+    >>> approximately(Fraction(-2, 3 * 10**5000))
+    '-6.66667e-5001'
+    """
+    six = decimal.Context(prec=6, Emax=decimal.MAX_EMAX, Emin=decimal.MIN_EMIN)
+    quotient = six.divide(decimal.Decimal(value.numerator), decimal.Decimal(value.denominator))
+    return f"{quotient.normalize(six):g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +132,7 @@ class Program:
         table = np.zeros((len(self.constants), 4))
         for k, parts in enumerate(self.constants):
             for j, part in enumerate(parts):
-                table[k, j] = float(part)
+                table[k, j] = double(part)
                 table[k, j + 2] = float(part - Fraction(table[k, j]))
         return table
 

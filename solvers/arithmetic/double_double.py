@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from solvers.replay import compiled_loops
-from solvers.tape import Exact, Program
+from solvers.tape import Exact, Program, double
 
 #: Relative rounding error of an operation, a small multiple of it in truth: 2^-104.
 EPSILON = 2.0**-104
@@ -165,7 +165,7 @@ def _coerce(value: Any) -> DoubleDouble:
 
 
 def _halves(value: Fraction) -> tuple[float, float]:
-    hi = float(value)
+    hi = double(value)
     return hi, float(value - Fraction(hi))
 
 

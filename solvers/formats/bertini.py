@@ -69,7 +69,7 @@ def read_bertini(text: str) -> System:
     for name, place in functions.items():
         if name not in known:
             raise reader.error(f"the function {name} is declared but never defined", place)
-        nodes.append(reader.node(known[name]))
+        nodes.append(reader.node(known[name], place))
     return finish(reader, nodes, names, groups if len(groups) > 1 else None)
 
 
@@ -164,7 +164,8 @@ def write_bertini(system: System, parameters: Any = None) -> str:
     Raises
     ------
     InvalidSystem
-        An unknown has a name that Bertini reserves, or cannot read.
+        An unknown has a name that Bertini reserves, or cannot read; or a number is beyond the range of double
+        precision.
 
     Examples
     --------

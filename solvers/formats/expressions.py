@@ -17,7 +17,7 @@ from fractions import Fraction
 
 from solvers.from_sympy import InvalidSystem
 from solvers.graph import Builder, Node
-from solvers.tape import Exact, exact
+from solvers.tape import Exact, exact, rounded
 
 #: Parentheses deeper than this are refused; the parser recurses once for each.
 DEEPEST = 100
@@ -154,11 +154,14 @@ class Reader:
         builder = self.builder
         assert builder is not None
         constant = _ZERO
+        summands: list[tuple[Exact, int]] = []
         total: Node | None = None
         negative = self._signs()
         while True:
+            place = self.at
             value = self._product(depth)
             if isinstance(value, tuple):
+                summands.append((value, place))
                 constant = _minus(constant, value) if negative else _plus(constant, value)
             elif total is None:
                 total = builder.negate(value) if negative else value
@@ -169,7 +172,18 @@ class Reader:
             negative = self._signs()
         if total is None:
             return constant
-        return total if constant == _ZERO else builder.add(total, builder.constant(constant))
+        if constant == _ZERO:
+            return total
+        return builder.add(total, self._constant(constant, summands))
+
+    def _constant(self, value: Exact, parts: list[tuple[Exact, int]]) -> Node:
+        """A constant as a node, or an error at the largest of the parts that made it."""
+        assert self.builder is not None
+        try:
+            rounded(value)
+        except InvalidSystem as error:
+            raise self.error(str(error), max(parts, key=lambda part: max(map(abs, part[0])))[1]) from None
+        return self.builder.constant(value)
 
     def _signs(self) -> bool:
         negative = False
@@ -182,6 +196,7 @@ class Reader:
         builder = self.builder
         assert builder is not None
         constant = _ONE
+        place = self.at
         total: Node | None = None
         while True:
             value = self._power(depth)
@@ -196,7 +211,9 @@ class Reader:
             self.at += 1
         if total is None:
             return constant
-        return total if constant is _ONE else builder.multiply(builder.constant(constant), total)
+        if constant is _ONE:
+            return total
+        return builder.multiply(self._constant(constant, [(constant, place)]), total)
 
     def _divide(self, constant: Exact, depth: int) -> Exact:
         place = self.at
@@ -293,10 +310,9 @@ class Reader:
         """The error for a name that means nothing here; formats may say more."""
         return self.error(f"the name {word[:40]!r} has not been declared")
 
-    def node(self, value: Value) -> Node:
-        """A value as a node of the tape."""
-        assert self.builder is not None
-        return self.builder.constant(value) if isinstance(value, tuple) else value
+    def node(self, value: Value, at: int) -> Node:
+        """A value, which stands at token number `at`, as a node of the tape."""
+        return self._constant(value, [(value, at)]) if isinstance(value, tuple) else value
 
 
 def _plus(a: Exact, b: Exact) -> Exact:

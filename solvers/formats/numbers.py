@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from solvers.tape import Exact
+from solvers.from_sympy import InvalidSystem
+from solvers.tape import Exact, approximately, double
 
 #: Denominators up to this are written as fractions, which every format reads.
 LARGEST_DENOMINATOR = 10**6
@@ -17,11 +18,22 @@ def decimal(value: Fraction) -> str:
 
     >>> decimal(Fraction(-3, 7)), decimal(Fraction(1, 2**30)), decimal(Fraction(5))
     ('-3/7', '0.000000000931322574615478515625', '5')
+
+    Raises
+    ------
+    InvalidSystem
+        No double is near: the programs that read the text would stop, or take it for zero.
     """
     if value.denominator <= LARGEST_DENOMINATOR and abs(value.numerator) < 10**15:
         return str(value)
+    nearest = double(value)
+    if nearest == 0:
+        raise InvalidSystem(
+            f"the number {approximately(value)} is too small for double precision and would be written as 0: "
+            "multiply its equation by a power of ten, or measure the unknowns in other units"
+        )
     digits = _expansion(value)
-    return digits if digits is not None else f"{float(value):.17g}"
+    return digits if digits is not None else f"{nearest:.17g}"
 
 
 def _expansion(value: Fraction) -> str | None:

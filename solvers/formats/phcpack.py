@@ -68,7 +68,8 @@ def read_phcpack(text: str) -> System:
     for number in range(equations):
         if reader.kind == "end":
             raise reader.error(f"the first line promises {equations} polynomials, the text ends after {number}")
-        nodes.append(reader.node(reader.sum()))
+        place = reader.at
+        nodes.append(reader.node(reader.sum(), place))
         reader.expect(";", f"at the end of polynomial {number + 1}")
     return finish(reader, nodes, names)
 
@@ -131,7 +132,8 @@ def write_phcpack(system: System, parameters: Any = None) -> str:
     Raises
     ------
     InvalidSystem
-        An unknown has a name that PHCpack takes for a number (i, I, e, E) or cannot read.
+        An unknown has a name that PHCpack takes for a number (i, I, e, E) or cannot read; or a number is beyond
+        the range of double precision.
     TooManyTerms
         The equations are too large to be multiplied out.
 
@@ -156,10 +158,13 @@ def write_phcpack(system: System, parameters: Any = None) -> str:
     lines = [f"{rows}" if rows == columns else f"{rows} {columns}"]
     # PHCpack numbers unknowns by appearance: a sum that cancels fixes their order where it would differ.
     prefix = "" if _appearance(expanded.supports, columns) == list(range(columns)) else _order(names)
-    for support, row in zip(expanded.supports, expanded.exact):
+    for k, (support, row) in enumerate(zip(expanded.supports, expanded.exact)):
+        try:
+            numbers = [coefficient(value, "i") for value in row]
+        except InvalidSystem as error:
+            raise InvalidSystem(f"equation {k}, multiplied out: {error}") from None
         parts = []
-        for exponents, value in zip(support.tolist(), row):
-            number = coefficient(value, "i")
+        for exponents, number in zip(support.tolist(), numbers):
             factors = [n if e == 1 else f"{n}^{e}" for n, e in zip(names, exponents) if e]
             parts.append("*".join([number.lstrip("-"), *factors]))
             parts[-1] = ("- " if number.startswith("-") else "+ ") + parts[-1]

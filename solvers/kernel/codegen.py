@@ -88,7 +88,7 @@ class _Writer:
         yield f"define void @tick({self.double_pointer} noalias %work) nounwind {{"
         leaves = program.unknowns + 2 * program.parameters
         slots: list[Pair | None] = [None] * leaves
-        slots += [(self.constant(float(re)), self.constant(float(im))) for re, im in program.constants]
+        slots += [(self.constant(z.real), self.constant(z.imag)) for z in program.constant_values.tolist()]
 
         def read(slot: int) -> Pair:
             value = slots[slot]

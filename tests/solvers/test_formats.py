@@ -1,5 +1,6 @@
 """Files of other programs: what they mean, what is wrong with them and where; and nothing breaks the reader."""
 
+import re
 import time
 from fractions import Fraction
 
@@ -140,6 +141,11 @@ def test_a_leading_sign_survives_phcpack(unknowns):
         ("1\n((x^5000)^5000);", 1, 1, "degree"),
         ("1\n" + "(" * 200 + "x" + ")" * 200 + ";", 2, 102, "nested"),
         ("1\n1e999999999*x;", 2, 1, "out of range"),
+        ("1\nx - 1e400;", 2, 5, "the number -1e+400 is beyond the range of double precision"),
+        ("1\nx^2 - 3 - 7/2e-310 + 1;", 2, 11, "the number -3.5e+310 is beyond"),
+        ("2\nx - y;\n  x - 1e300*x*1e10;", 3, 7, "the number 1e+310 is beyond"),
+        ("1\n(2 + i*1e309)*x - 1;", 2, 1, "the number 1e+309 is beyond"),
+        ("1\n-1e309;", 2, 1, "the number -1e+309 is beyond"),
         ("1\nx + $;", 2, 5, "found '$'"),
         ("1\nx = 3;", 2, 3, "';' is missing"),
         ("1\n3;", 1, 1, "no unknowns"),
@@ -176,6 +182,8 @@ def test_phcpack_errors_say_where(text, line, column, words):
         ("variable_group x; function f; f = x", "';' is missing"),
         ("variable_group x; function f; f x;", "'=' is missing"),
         ("variable_group ; function f; f = 1;", "a name is missing"),
+        ("variable_group x; function f; c = 1e400; f = x - c;", "column 50: the number -1e+400 is beyond the range"),
+        ("variable_group x; function f; f = 1e400;", "the number 1e+400 is beyond the range"),
         ("variable_group x; function f; 3 = x;", "must begin with a name"),
         ("", "no variable_group"),
     ],
@@ -225,6 +233,23 @@ def test_names_that_would_be_misread_are_not_written(name):
     x = sympy.Symbol(name)
     with pytest.raises(InvalidSystem, match="rename"):
         write_phcpack(System([x**2 - 1], [x]))
+
+
+@pytest.mark.parametrize("text", ["1\nx*1e400*1e-200 - 1e200;", "1\nx - (1e400 - 1e400) - 1e400/1e399;"])
+def test_only_what_remains_of_a_number_must_be_a_double(text):
+    assert read_phcpack(text).degrees == (1,)
+
+
+@pytest.mark.parametrize(
+    "power, words", [(400, "1e+400 is beyond"), (5000, "1e+5000 is beyond"), (-400, "1e-400 is too small")]
+)
+def test_numbers_that_are_no_doubles_are_not_written(power, words):
+    x = sympy.Symbol("x")
+    system = System([x - 1, sympy.Integer(10) ** power * x - 2], [x])
+    with pytest.raises(InvalidSystem, match=re.escape(words)):
+        write_bertini(system)
+    with pytest.raises(InvalidSystem, match="equation 1, multiplied out: the number " + re.escape(words)):
+        write_phcpack(system)
 
 
 @given(st.fractions())

@@ -9,6 +9,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from solvers.from_sympy import InvalidSystem
 from solvers.graph import Builder
 from solvers.system import differentiated, evaluate
 from solvers.tape import exact
@@ -105,6 +106,15 @@ def test_constants_are_exact():
     with mpmath.workdps(50):
         constants = [mpmath.mpf(re.numerator) / re.denominator for re, _ in program.constants]
         assert abs(program.replay([mpmath.mpf(10)], constants=constants)["F"][0] - 1) < mpmath.mpf(10) ** -48
+
+
+def test_constants_beyond_double_range_end_in_a_sentence():
+    b = Builder(1, 0)
+    program = b.finish({"F": [b.multiply(b.constant((Fraction(0), Fraction(10**400, 7))), b.unknown(0))]})
+    for doubles in (lambda: program.constant_values, lambda: program.constant_halves, lambda: program.replay([1.0])):
+        with pytest.raises(InvalidSystem, match=r"the number 1\.42857e\+399 is beyond the range of double precision"):
+            doubles()
+    assert program.replay([Fraction(7)], constants=[10**400])["F"] == [7 * 10**400]
 
 
 def test_one_over_zero_is_refused():
