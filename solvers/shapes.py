@@ -56,7 +56,7 @@ def check_shape(system: System, values: np.ndarray) -> None:
     if rows == 0:
         raise InvalidSystem("the system has no equations")
     F, J = _random_values(system, values)
-    _check_equations(system, F, J)
+    _check_equations(system, values, F, J)
     _check_unknowns(system, J)
     if rows < columns:
         raise InvalidSystem(
@@ -88,16 +88,34 @@ def _random_values(system: System, values: np.ndarray) -> tuple[np.ndarray, np.n
     return F, J
 
 
-def _check_equations(system: System, F: np.ndarray, J: np.ndarray) -> None:
+def _check_equations(system: System, values: np.ndarray, F: np.ndarray, J: np.ndarray) -> None:
     degrees = system.degrees
     for i, degree in enumerate(degrees):
         vanishes = np.all(np.abs(J[:, i]).max(axis=1) <= 1e-14 * np.abs(F[:, i]))
+        if degree > 0 and vanishes:
+            sizes = _sizes_with_unknowns(system, values, i)
+            if np.any(sizes):  # x^2 - 1e20 is no constant: its roots are large
+                continue
+            if sizes.size:
+                raise InvalidSystem(
+                    f"the coefficients of equation {i} are too small for double precision: multiply it by a power "
+                    "of ten, or measure the unknowns in other units"
+                )
         if degree < 0 or (vanishes and not np.any(F[:, i])):
             raise InvalidSystem(f"equation {i} is zero at the given parameters: leave it out")
         if degree == 0 or vanishes:
             value = complex(F[0, i])
             shown = f"{value.real:.6g}" if value.imag == 0 else f"{value:.6g}"
             raise InvalidSystem(f"equation {i} is the constant {shown}, which is never zero: there are no roots")
+
+
+def _sizes_with_unknowns(system: System, values: np.ndarray, equation: int) -> np.ndarray:
+    """Sizes of the coefficients that stand before unknowns; none if the equation has too many terms to look."""
+    try:
+        expanded = terms(system, values, limit=FEW_TERMS)
+    except (TooManyTerms, ZeroDivisionError):
+        return np.zeros(0)
+    return np.abs(expanded.coefficients[equation][np.any(expanded.supports[equation], axis=1)])
 
 
 def _check_unknowns(system: System, J: np.ndarray) -> None:

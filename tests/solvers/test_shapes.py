@@ -23,6 +23,8 @@ x, y, z, p = sympy.symbols("x y z p")
         ([(x + y) ** 2 - x**2 - 2 * x * y - y**2, x], [x, y], "equation 0 is zero"),
         ([x - 1, sympy.Integer(5)], [x, y], "equation 1 is the constant 5"),
         ([x - 1, x + 2 - x], [x, y], "equation 1 is the constant 2"),
+        ([x - 1, sympy.Rational(1, 10**400) * x * y - 1], [x, y], "coefficients of equation 1 are too small"),
+        ([sympy.Rational(1, 10**400) * (x - 1)], [x], "coefficients of equation 0 are too small"),
         ([x**2 - 1, x - 1], [x, y], "y does not occur"),
         ([x**2 - 1], [x, y, z], "y, z do not occur"),
         ([x + y + z], [x, y, z], "of dimension 2 or more"),

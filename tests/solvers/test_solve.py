@@ -352,6 +352,20 @@ def test_what_cannot_be_solved_is_refused_with_a_sentence(equations, unknowns, m
         solve(System(equations, unknowns))
 
 
+@pytest.mark.parametrize(
+    "equations, root",
+    [
+        ([x**2 - 10**20, y - 1], [1e10, 1]),
+        ([x - 10**20, x + y - 3], [1e20, -1e20]),
+        ([a * x - 1, y - b], [1e20, 2]),
+    ],
+)
+def test_large_roots_are_not_taken_for_none(equations, root):
+    given_symbols = [s for s in (a, b) if any(s in e.free_symbols for e in equations)]
+    solutions = solve(System(equations, [x, y], given_symbols), [1e-20, 2][: len(given_symbols)])
+    assert solutions.complete and np.isclose(solutions.points, root, rtol=1e-12).all(axis=1).any()
+
+
 def test_inconsistent_systems_have_no_roots():
     solutions = solve(System([x * y - 1, x], [x, y]))
     assert len(solutions) == 0 and solutions.ledger.balanced and solutions.ledger.failed == 0
