@@ -13,7 +13,7 @@ import numpy as np
 from solvers.arithmetic import double_double
 from solvers.arithmetic.double_double import DoubleDouble
 from solvers.krawczyk import inverses
-from solvers.local import in_own_units, magnitudes, newton_step
+from solvers.local import ORIGIN, in_own_units, magnitudes, newton_step
 from solvers.refine import newton_double_double
 from solvers.system import evaluate
 from solvers.tape import Program
@@ -123,8 +123,9 @@ class Target:
         """
         parameters = DoubleDouble(self.parameters, np.zeros_like(self.parameters))
         start = DoubleDouble(x, np.zeros_like(x))
-        refined, errors = newton_double_double(self.equations, self.program, start, parameters)
-        way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
+        floor = max(ORIGIN * self.typical, 1e-300)
+        refined, errors = newton_double_double(self.equations, self.program, start, parameters, floor)
+        way = np.abs(refined.hi - x).max(axis=1) / np.maximum(np.abs(x).max(axis=1), floor)
         _, _, condition = newton_step(self.program, refined.hi, self.parameters, self.typical)
         if reach is None:  # a limit is known to its rounding error, which is the larger the worse the condition
             reach = np.maximum(AGREE, 10 * ROUNDING * condition)

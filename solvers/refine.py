@@ -127,7 +127,7 @@ def refine(system: System, points: Any, parameters: Any = None, digits: int = DO
 
 
 def newton_double_double(
-    residual: Program, jacobian: Program, points: DoubleDouble, parameters: DoubleDouble
+    residual: Program, jacobian: Program, points: DoubleDouble, parameters: DoubleDouble, floor: float = 0.0
 ) -> tuple[DoubleDouble, np.ndarray]:
     """Newton's method in double-double over lanes.
 
@@ -139,6 +139,8 @@ def newton_double_double(
         Outputs "F" and "J".
     points : DoubleDouble, shape (n, k)
     parameters : DoubleDouble, shape (parameters,) or (n, parameters)
+    floor : float
+        What is smaller counts as this large: nothing is near the origin relative to its own size.
 
     Returns
     -------
@@ -149,7 +151,7 @@ def newton_double_double(
     n, k = points.shape
     hi, lo = points.hi.copy(), points.lo.copy()
     errors = np.full(n, np.inf)
-    start = np.abs(hi).max(axis=1, initial=0.0)
+    start = np.maximum(np.abs(hi).max(axis=1, initial=0.0), floor)
     C = np.full((n, k, len(residual.outputs["F"])), np.nan, np.complex128)
     stale = np.ones(n, bool)  # whose Jacobian has to be found again
     active = np.flatnonzero(np.isfinite(hi).all(axis=1))

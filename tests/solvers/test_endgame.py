@@ -358,3 +358,12 @@ def test_ends_that_are_tracked_again_take_the_place_of_the_old():
     assert whole.kind.tolist() == [FAILED, REGULAR, FAILED, FAILED]
     assert whole.why == {0: "lost", 2: "lost", 3: "lost again"}
     assert whole.ticks.tolist() == [10, 20, 10, 20] and whole.mark[1] == 3
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_root_at_the_origin_to_rounding_is_found(seed):
+    """The constants cancel to 1e-17 beside terms of size one: relative to itself the root is known to no digit."""
+    a, b = sympy.symbols("a b")
+    system = System([a + (y - a) * (x + 1), b + (x - b) * (x + 1)], [x, y], [a, b])
+    found = solve(system, [0.3 + 0.1 * seed + 0.8j, -0.2 + 0.7j], seed=seed)
+    assert len(found) == 2 and found.complete and np.abs(found.points).max(axis=1).min() < 1e-15
