@@ -194,7 +194,7 @@ class _Walk:
         rows, points, slope = rows[stay], points[stay], slope[stay]
         self.regular_course = shorter[stay] & (self.refusals[rows] < REFUSALS)
         with np.errstate(all="ignore"):
-            exponents = (slope / points).real
+            exponents = np.where(points == 0, 0.0, (slope / points).real)  # an unknown may be zero all the way
         change = np.abs(exponents - self.exponents[rows]).max(axis=1)
         self.settled = change < SETTLED
         self.still = change < STILL
