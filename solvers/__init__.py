@@ -18,18 +18,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from solvers.certify import certify as certify
     from solvers.from_sympy import InvalidSystem as InvalidSystem
-    from solvers.legs import Mirror as Mirror
     from solvers.monodromy import monodromy as monodromy
     from solvers.solutions import Solutions as Solutions
     from solvers.solve import solve as solve
     from solvers.stored_monodromy import stored_monodromy as stored_monodromy
+    from solvers.symmetries import Mirror as Mirror
     from solvers.system import System as System
     from solvers.tracking import Interrupted as Interrupted
 
 _HOME = {
     "Interrupted": "solvers.tracking",
     "InvalidSystem": "solvers.from_sympy",
-    "Mirror": "solvers.legs",
+    "Mirror": "solvers.symmetries",
     "Solutions": "solvers.solutions",
     "System": "solvers.system",
     "certify": "solvers.certify",

@@ -13,6 +13,8 @@ from solvers.system import InvalidSystem, System, differentiated, evaluate
 #: Random starts from which the best-conditioned one is taken: a seed is a special point, often with a condition
 #: number of a million, and paths are lost on leaving it.
 SEEDS = 12
+#: So many are made at most, until one is regular at all: roots that are always multiple attract others, too.
+MOST_SEEDS, REGULAR = 120, 1e10
 #: The terms of each equation cancel to this at a root, relative.
 CANCELLED = 1e-8
 
@@ -48,7 +50,9 @@ def random_root(system: System, rng: np.random.Generator) -> tuple[np.ndarray, n
     nodes = system.program.embed(builder, list(range(n)), list(range(n, n + m)))
     program = differentiated(builder, nodes)
     best: tuple[float, np.ndarray] | None = None
-    for _ in range(SEEDS):
+    for tried in range(MOST_SEEDS):
+        if tried >= SEEDS and best is not None and best[0] <= REGULAR:
+            break
         z = rng.normal(size=n + m) + 1j * rng.normal(size=n + m)
         for _ in range(60):
             with np.errstate(all="ignore"):
@@ -72,7 +76,7 @@ def random_root(system: System, rng: np.random.Generator) -> tuple[np.ndarray, n
         residual = (np.abs(system.evaluate(point, values)[0]) / size).max()
         if residual < CANCELLED and (best is None or condition < best[0]):
             best = condition, np.concatenate([point[0], values])
-    if best is None or best[0] > 1e10:
+    if best is None or best[0] > REGULAR:
         raise InvalidSystem(
             "no regular root could be made from random parameters; give a start pair (point, parameters)"
         )

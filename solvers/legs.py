@@ -26,8 +26,10 @@ from solvers.carry import carry, random_bend
 from solvers.first_root import given_root, random_root
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
+from solvers.local import ORIGIN, newton_step
 from solvers.points import SAME, Group, PointSet, pairs_of_equals
 from solvers.refine import newton_double_double
+from solvers.symmetries import Exchanges, Mirror
 from solvers.system import InvalidSystem, System
 from solvers.tracking import digest, engine_of
 
@@ -47,6 +49,12 @@ ROUNDS = 3
 #: Roots nearer to each other than this, relative, may be one root twice: of a chain of three links with a condition of
 #: 1e10 two copies were 5e-7 apart.
 TWINS = 1e-4
+#: Tries to leave the first root, and those that do without the ladder: it may be ill-conditioned, or need pivots.
+TRIES, PLAIN = 20, 4
+#: So many ends of a leg are looked at; if several have a Jacobian that is singular to rounding, roots are dropped.
+SAMPLE, SEVERAL, ON_A_CURVE = 24, 3, 1e14
+#: A first root that is smaller than this part of the parameters says nothing about the size of the others.
+NOTHING = 1e-12
 #: Each detour of a round leads so many times farther than the one before.
 FARTHER = 10.0
 
@@ -65,30 +73,6 @@ class Detour(NamedTuple):
 
     far: int
     apart: bool
-
-
-class Mirror(NamedTuple):
-    """Complex conjugation, in the coordinates of a system: it maps roots at parameters to roots at their image.
-
-    Both maps are antiholomorphic and their own inverses; that of the parameters is antilinear. Where parameters are
-    their own image, those of real tasks are, every root comes with its image.
-
-    Attributes
-    ----------
-    points : callable
-        Unknowns (n, k) to unknowns (n, k).
-    parameters : callable
-        Parameters (m,) to parameters (m,).
-    """
-
-    points: Callable[[np.ndarray], np.ndarray]
-    parameters: Callable[[np.ndarray], np.ndarray]
-
-
-#: ``exchanges(rng)``: an exchange of unknowns and one of parameters, as index arrays, that together map roots to roots.
-#: Poses may be numbered in any order, for instance. A leg may begin with any of them; to roots that are hard to reach
-#: others lead, of the same kind.
-Exchanges = Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass
@@ -125,7 +109,10 @@ class Node:
 
 @dataclass
 class Search:
-    """The state of a run: two nodes and the history of the legs."""
+    """The state of a run: two nodes and the history of the legs.
+
+    `elsewhere` roots have been found at the fuller node that the legs have not met.
+    """
 
     engine: Engine
     nodes: list[Node]
@@ -141,6 +128,7 @@ class Search:
     history: list[Leg] = field(default_factory=list)
     tracked: int = 0
     lost: int = 0
+    elsewhere: int = 0
 
     def fuller(self) -> Node:
         """The node with more roots."""
@@ -160,7 +148,7 @@ class Search:
             sure = errors < SAME
             points = points.copy()
             points[rows[sure]] = x.hi[sure]
-            node.roots = PointSet(points.shape[1])
+            node.roots = PointSet(points.shape[1], floor=node.roots.floor)
             node.roots.add(points)
 
     def leg(self, source: int, detour: Detour | None = None) -> Leg:
@@ -169,20 +157,21 @@ class Search:
         Back along the same arcs come the roots there that are known but have not been arrived at.
         """
         a, b = self.nodes[source], self.nodes[1 - source]
-        before, points = (len(a.roots), len(b.roots)), a.roots.points
+        points = a.roots.points
         ladder = self.ladder and (detour is None or len(points) <= MANY)
         unknowns, values = self._exchange(points.shape[1], len(a.parameters))
         way = arcs(self.seed, len(self.history), a.parameters[values], b.parameters, detour)
         ends = self._carried(points[:, unknowns], way, ladder)
+        before = len(a.roots), len(b.roots)
         self.lost += len(points) - len(ends)
         seen = self._add(b, ends)
         recaptured = int((np.unique(seen) < before[1]).sum())
-        new = len(b.roots) - before[1]
+        new = max(len(b.roots) - before[1], 0)
         estimate = before[1] * (recaptured + new) / recaptured if recaptured else np.inf
         missed = np.setdiff1d(np.arange(len(b.roots)), seen[: len(ends)])
         way = [(end, start, 1 / bend) for start, end, bend in reversed(way)]
         self._add(a, self._carried(b.roots.points[missed], way, ladder)[:, np.argsort(unknowns)])
-        known, back = len(b.roots), len(a.roots) - before[0]
+        known, back = len(b.roots), max(len(a.roots) - before[0], 0)
         leg = Leg(len(points), len(ends), new, known, float(max(estimate, known)), back)
         self.history.append(leg)
         self.ladder |= new <= TRICKLE * len(b.roots)
@@ -199,7 +188,26 @@ class Search:
         for start, end, bend in way:
             self.tracked += len(points)
             points = carry(self.engine, points, start, end, bend, self.jobs, self.backend, self.typical, ladder)
-        return points if self.valid is None else points[self.valid(points)]
+        if self.valid is not None:
+            points = points[self.valid(points)]
+        return points[self._isolated(points, way[-1][1])]
+
+    def _isolated(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """Which ends are no points of a curve of roots; all are looked at if several of a few are on one.
+
+        A path that has jumped to a curve ends at another point of it each time.
+        """
+        few = points[np.random.default_rng(len(points)).permutation(len(points))[:SAMPLE]]
+        _, _, condition = newton_step(self.engine.program, few, parameters, self.typical)
+        if (condition > ON_A_CURVE).sum() < SEVERAL:
+            return np.ones(len(points), bool)
+        for node in self.nodes:
+            roots = node.roots.points
+            _, _, condition = newton_step(self.engine.program, roots, node.parameters, self.typical)
+            node.roots = PointSet(roots.shape[1], node.roots.tolerance, floor=node.roots.floor)
+            node.roots.add(roots[condition < ON_A_CURVE])
+        _, _, condition = newton_step(self.engine.program, points, parameters, self.typical)
+        return np.asarray(condition < ON_A_CURVE)
 
     def _add(self, node: Node, points: np.ndarray) -> np.ndarray:
         """Add roots to a node, and their images; the number of each there, those of the images behind."""
@@ -258,18 +266,21 @@ def two_nodes(
         No first root can be made, or no path leaves it.
     """
     point, values = random_root(system, rng) if start is None else given_root(system, start)
-    typical = float(max(np.abs(point).max(), 1e-300))
+    typical, sides = float(np.abs(point).max()), float(np.abs(values).max(initial=0.0))
+    if typical <= NOTHING * sides:  # the first root is the origin
+        typical = sides or 1.0
     engine = engine_of(parameter_homotopy(system.program, values, values, point))
     columns = len(system.unknowns)
     scale = np.maximum(np.abs(values), 0.1 * np.abs(values).max(initial=1.0))
     # Leave the seed: its parameters are special. A few tries, as the seed may be ill-conditioned.
-    for _ in range(20):
-        nodes = [Node(scale * gaussian(rng, len(scale)), PointSet(columns, seed=k)) for k in range(2)]
+    for tried in range(TRIES):
+        sets = [PointSet(columns, seed=k, floor=ORIGIN * typical) for k in range(2)]
+        nodes = [Node(scale * gaussian(rng, len(scale)), roots) for roots in sets]
         if mirror is not None:
             for node in nodes:
                 node.parameters = (node.parameters + mirror.parameters(node.parameters)) / 2
         bend = np.exp(1j * rng.uniform(0.3, 2.8))
-        arrived = carry(engine, point, values, nodes[0].parameters, bend, typical=typical)
+        arrived = carry(engine, point, values, nodes[0].parameters, bend, typical=typical, ladder=tried >= PLAIN)
         if len(arrived):
             nodes[0].roots.add(arrived)
             return engine, nodes, typical

@@ -20,9 +20,7 @@ import numpy as np
 
 from solvers.ends import REGULAR, Ends
 from solvers.legs import (
-    Exchanges,
     Memory,
-    Mirror,
     Node,
     Search,
     detour_of,
@@ -34,6 +32,8 @@ from solvers.legs import (
 )
 from solvers.points import Group, PointSet, Symmetry
 from solvers.solutions import Ledger, Singular, Solutions
+from solvers.strays import strays
+from solvers.symmetries import Exchanges, Mirror, checked_group
 from solvers.system import InvalidSystem, System
 from solvers.tracking import Interrupted
 
@@ -71,6 +71,10 @@ def monodromy(
 ) -> Solutions:
     """All roots at generic parameters, from one root that is easy to find.
 
+    Loops permute the roots that hang together: those of one irreducible component. From a root that is given only
+    these are found, and ``complete`` speaks of them. Without one, Newton's method from random points looks for others
+    in the end, and the loops go on with what it finds; a component that it misses stays unknown.
+
     Parameters
     ----------
     system : System
@@ -81,7 +85,8 @@ def monodromy(
         solutions of the same parameters, which are given as an array of the shape (m,) or (n, m).
         One root of each orbit is carried; the result holds all members.
     start : (point, parameters), optional
-        A root to begin with; by default one is made from a random point, by solving for the parameters.
+        A root to begin with, which chooses the component; by default one is made from a random point, by solving
+        for the parameters.
     count : int, optional
         The number of roots where it is known: the loops stop there, without a trace test.
     invariant : SymPy expression, optional
@@ -125,9 +130,9 @@ def monodromy(
     rng = np.random.default_rng([seed, 11])
     engine, nodes, typical = two_nodes(system, start, rng, mirror)
     probe = nodes[0].roots.points[:1]
-    group = Group(symmetry, probe, nodes[0].parameters) if symmetry else None
+    group = checked_group(system, symmetry, probe, nodes[0].parameters) if symmetry else None
     if group is not None:
-        first = PointSet(columns)
+        first = PointSet(columns, floor=nodes[0].roots.floor)
         first.add(group.representatives(probe, nodes[0].parameters))
         nodes[0].roots = first
     search = Search(engine, nodes, group, seed, jobs, backend, typical, valid=valid, mirror=mirror, exchanges=exchanges)
@@ -135,7 +140,7 @@ def monodromy(
     memory = Memory(checkpoint, system, seed, search)
     memory.recall()
     try:
-        test = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory)
+        test = _loop_until_complete(system, search, wanted, trace, invariant, seed, progress, memory, start is None)
         if mirror is not None:
             _leave_mirror(search, rng)
         return _result(system, search, group, wanted, test, seed, certificates)
@@ -167,9 +172,11 @@ def _loop_until_complete(
     seed: int,
     progress: Callable[[str, int, int], None] | None,
     memory: Memory,
+    everything: bool,
 ) -> Trace | None:
     from solvers.trace import trace_test
 
+    rng = np.random.default_rng([seed, 16])
     quiet, paths, tests, test = 0, 0, 0, None
     while len(search.history) < MOST_LEGS:
         source = len(search.history) % 2
@@ -191,9 +198,15 @@ def _loop_until_complete(
         if quiet < quiet_enough(uneven and not mixed, trace or mixed) or (not trace and paths < QUIET_PATHS):
             continue
         search.settle(system)
+        node = search.fuller()
+        others = strays(system, node.parameters, node.roots, rng, search.typical, search.group, search.valid)
+        if len(others) and everything:
+            node.roots.add(others)
+            quiet = 0
+            continue
+        search.elsewhere = len(others)
         if not trace:
             break
-        node = search.fuller()
         test = trace_test(
             system,
             node.parameters,
@@ -219,7 +232,8 @@ def _loop_until_complete(
 def _leave_mirror(search: Search, rng: np.random.Generator) -> None:
     """Carry everything to general parameters: from some that are their own image, lines to others meet collisions."""
     home = search.fuller()
-    away = Node(sizes(home.parameters) * gaussian(rng, len(home.parameters)), PointSet(home.roots.points.shape[1]))
+    roots = PointSet(home.roots.points.shape[1], floor=home.roots.floor)
+    away = Node(sizes(home.parameters) * gaussian(rng, len(home.parameters)), roots)
     way = replace(search, nodes=[home, away], mirror=None, ladder=True, history=[], tracked=0, lost=0)
     while len(away.roots) < len(home.roots) and len(way.history) < MOST_ARCS:
         way.leg(0)
@@ -249,6 +263,8 @@ def _result(
         if len(points) != order * len(representatives):
             notes.append(f"{order * len(representatives) - len(points)} members missing: some orbits are not full")
     evidence = evidence_of(search.history, search.tracked, search.lost, group, len(representatives))
+    if search.elsewhere:
+        evidence += ", Newton's method finds others that hang together with none of these"
     if test is not None:
         evidence += f", {test}"
     complete = None if test is None else test.passed

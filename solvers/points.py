@@ -33,6 +33,16 @@ Symmetry = Callable[..., np.ndarray]
 class PointSet:
     """Distinct points, in the order in which they were found.
 
+    Parameters
+    ----------
+    size : int
+        Number of coordinates.
+    tolerance : float
+        Two points nearer than this, relative, are one.
+    seed : int
+    floor : float
+        Smaller points are compared as if they were of this size: relative to itself nothing equals zero.
+
     Examples
     --------
     >>> known = PointSet(2)
@@ -42,9 +52,9 @@ class PointSet:
     2
     """
 
-    def __init__(self, size: int, tolerance: float = SAME, seed: int = 0) -> None:
+    def __init__(self, size: int, tolerance: float = SAME, seed: int = 0, floor: float = 1e-300) -> None:
         self._functional = functional(size, seed)
-        self.tolerance = tolerance
+        self.tolerance, self.floor = tolerance, floor
         self.points = np.zeros((0, size), np.complex128)
         self._keys = np.zeros(0)
         self._order = np.zeros(0, np.int64)
@@ -57,7 +67,7 @@ class PointSet:
         found = np.full(len(points), -1, np.int64)
         if not len(self.points) or not len(points):
             return found
-        size, keys = keys_of(points, self._functional)
+        size, keys = keys_of(points, self._functional, self.floor)
         for rows, at in windows(self._keys, keys, 2 * self.tolerance):
             numbers = self._order[at]
             same = np.abs(points[rows] - self.points[numbers]).max(axis=1) <= self.tolerance * size[rows]
@@ -70,12 +80,12 @@ class PointSet:
         new = np.flatnonzero(numbers < 0)
         if new.size:
             fresh = points[new]
-            first = first_of_equals(fresh, self.tolerance)
+            first = first_of_equals(fresh, self.tolerance, self.floor)
             own = first == np.arange(len(fresh))
             position = len(self.points) + np.cumsum(own) - 1
             numbers[new] = position[first]
             self.points = np.concatenate([self.points, fresh[own]])
-            keys = np.concatenate([self._keys, keys_of(fresh[own], self._functional)[1]])
+            keys = np.concatenate([self._keys, keys_of(fresh[own], self._functional, self.floor)[1]])
             order = np.argsort(keys, kind="stable")  # two sorted runs, nearly
             self._order = np.concatenate([self._order, np.arange(len(self._order), len(keys))])[order]
             self._keys = keys[order]
@@ -191,10 +201,10 @@ def windows(
         first = last
 
 
-def first_of_equals(points: np.ndarray, tolerance: float) -> np.ndarray:
+def first_of_equals(points: np.ndarray, tolerance: float, floor: float = 1e-300) -> np.ndarray:
     """For each point the number of the first one equal to it, shape (n,)."""
     first = np.arange(len(points))
-    for a, b in pairs_of_equals(points, tolerance).tolist():
+    for a, b in pairs_of_equals(points, tolerance, floor=floor).tolist():
         first[a] = first[b] = min(first[a], first[b])
     return first
 

@@ -22,6 +22,7 @@ from solvers.monodromy import MOST_LEGS, QUIET_PATHS
 from solvers.points import Group, Symmetry
 from solvers.store import RunFile
 from solvers.stored_roots import BATCH, Restore, StoredRoots, columns_of
+from solvers.symmetries import checked_group
 from solvers.system import InvalidSystem, System
 from solvers.tracking import digest
 
@@ -101,7 +102,7 @@ def stored_monodromy(
     engine, nodes, typical = two_nodes(system, start, rng)
     first, values = nodes[0].roots.points[:1], nodes[0].parameters
     _check(first, values, chosen, restore)
-    group = Group(symmetry, first, values) if symmetry else None
+    group = checked_group(system, symmetry, first, values) if symmetry else None
     if group is not None:
         first = group.representatives(first, values)
     whole = parameter_homotopy(system.program, values, nodes[1].parameters, first, seed)

@@ -36,6 +36,7 @@ import numpy as np
 
 from solvers.homotopy import parameter_homotopy
 from solvers.legs import Node, Search, gaussian, sizes
+from solvers.local import ORIGIN
 from solvers.points import Group, PointSet
 from solvers.system import System
 from solvers.trace_curve import Curve
@@ -131,7 +132,8 @@ def trace_test(
     first = curve.move(curve.start, curve.origin, curve.base)
     first = first[np.isfinite(first[:, 0])]
     columns = roots.shape[1] + 1
-    nodes = [Node(place, PointSet(columns)) for place in (curve.base, curve.elsewhere())]
+    floor = ORIGIN * curve.typical
+    nodes = [Node(place, PointSet(columns, floor=floor)) for place in (curve.base, curve.elsewhere())]
     nodes[0].roots.add(first if group is None else group.representatives(first, curve.base))
     search = Search(curve.engine, nodes, group, int(rng.integers(2**31)), jobs, "threads", curve.typical, ladder=True)
     quiet = failures = 0
@@ -149,7 +151,7 @@ def trace_test(
             break
         if quiet >= QUIET_LEGS:
             failures, quiet = failures + 1, 0
-            nodes[1] = Node(curve.elsewhere(), PointSet(columns))
+            nodes[1] = Node(curve.elsewhere(), PointSet(columns, floor=floor))
     same, extra = curve.compare(nodes[0].roots.points, group, jobs)
     passed = bool(residual < PASS and same)
     return Trace(passed, float(residual), len(nodes[0].roots), paths + search.tracked, extra, curve.moved)
@@ -165,16 +167,16 @@ def _round_loops(
 ) -> tuple[np.ndarray, int]:
     """Roots beyond those given that loops of the parameters lead to, and the number of paths."""
     columns = roots.shape[1]
-    known = PointSet(columns)
+    typical = float(max(np.abs(roots).max(), 1e-300))
+    known = PointSet(columns, floor=ORIGIN * typical)
     known.add(roots if group is None else group.representatives(roots, parameters))
     given = len(known)
     engine = engine_of(parameter_homotopy(system.program, parameters, parameters, roots))
     nodes = [Node(parameters, known), Node(parameters, known)]
-    typical = float(np.abs(roots).max())
     search = Search(engine, nodes, group, int(rng.integers(2**31)), jobs, "threads", typical, ladder=True)
     loops = int(np.clip(LOOP_PATHS / (2 * given), *LOOPS))
     while len(search.history) < 2 * loops and len(known) == given:
-        nodes[1] = Node(sizes(parameters) * gaussian(rng, len(parameters)), PointSet(columns))
+        nodes[1] = Node(sizes(parameters) * gaussian(rng, len(parameters)), PointSet(columns, floor=known.floor))
         search.leg(0)
         search.leg(1)
     return known.points[given:], search.tracked

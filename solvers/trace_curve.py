@@ -15,6 +15,7 @@ from solvers.graph import Builder
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
 from solvers.legs import gaussian, sizes
+from solvers.local import ORIGIN
 from solvers.points import SAME, Group, PointSet, combined, pairs_of_equals
 from solvers.refine import newton_double_double
 from solvers.system import System, evaluate
@@ -72,7 +73,7 @@ class Curve:
         self.speed = np.zeros(2 * m + 3, np.complex128)
         self.speed[-1] = 0.3 * self._hyperbola()[2]
         self.moved = f"all parameters moved, u = {name}"
-        self.typical = float(np.abs(self.start).max())
+        self.typical = float(max(np.abs(self.start).max(), 1e-300))
         self.program = program
         self.engine: Engine = engine_of(parameter_homotopy(program, self.origin, self.base, self.start))
 
@@ -132,7 +133,7 @@ class Curve:
         """
         _, ends = self.move_all(points, self.origin, group, jobs)
         back = ends[np.abs(ends[:, -1]) < ON_THE_LINE]
-        given = PointSet(points.shape[1])
+        given = PointSet(points.shape[1], floor=ORIGIN * self.typical)
         given.add(self.start if group is None else group.representatives(self.start, self.origin))
         found = given.find(back)
         whole = len(ends) == len(points) and len(np.unique(found[found >= 0])) == len(given)

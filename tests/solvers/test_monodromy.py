@@ -12,9 +12,9 @@ import sympy
 
 from benchmarks.systems import trammel_seed, trammel_system
 from benchmarks.zoo import ZOO
-from solvers import InvalidSystem, System, monodromy, solve
+from solvers import InvalidSystem, Mirror, System, monodromy, solve
 from solvers.homotopy import parameter_homotopy
-from solvers.legs import Mirror, Node, Search
+from solvers.legs import Node, Search
 from solvers.points import PointSet, pairs_of_equals
 from solvers.store import RunFile
 from solvers.tracking import Interrupted, engine_of
@@ -262,6 +262,43 @@ def test_killed_at_any_moment(tmp_path, moment):
     whole = monodromy(trammel_system(), seed=2, start=start, count=560)
     _, found = killed_and_resumed(tmp_path / "run.db", int(rng.integers(0, 10)), float(rng.uniform(0, 0.1)))
     assert len(found) == 560 == len(pairs_of_equals(np.concatenate([whole.points, found.points]), 1e-8))
+
+
+# -- several components, the origin, curves of roots ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [0, 1, 18, 32, 55])
+@pytest.mark.parametrize(
+    "equation, count",
+    [(x * (x**2 - a), 3), (x**2 - a**2, 2), ((x**2 - a) * (x**2 - b), 4), (x**2 - a * x, 2), (b * x**6 + 5 * x**4, 2)],
+)
+def test_roots_that_hang_together_with_none_of_the_first_are_found(equation, count, seed):
+    parameters = sorted(equation.free_symbols - {x}, key=str)
+    assert len(monodromy(System([equation], [x], parameters), seed=seed)) == count
+
+
+def test_from_a_given_root_there_is_one_component_and_the_evidence_says_so():
+    found = monodromy(System([(x**2 - a) * (x**2 - b)], [x], [a, b]), start=([2], [4, 7]))
+    assert len(found) == 2 and found.complete and "others that hang together with none of these" in found.evidence
+    whole = monodromy(System([x**3 - a], [x], [a]), start=([2], [8]))
+    assert len(whole) == 3 and "others" not in whole.evidence
+
+
+@pytest.mark.parametrize("seed", [18, 32, 37, 55])
+def test_paths_that_jump_to_a_curve_of_roots_do_not_fill_the_sets(seed):
+    """On the line x = 0 every y is a root: a jump there, and each leg brought another point of it."""
+    system = System([x * y - a * x + y**2 * x + x**2, x * y * b - x + x**2 * y], [x, y], [a, b])
+    assert len(monodromy(system, seed=seed)) == 3
+
+
+def test_a_root_at_the_origin_is_one_root():
+    found = monodromy(System([x**2 - a * x], [x], [a]), start=([1e-20], [1 + 1j]), count=2)
+    assert len(found) == 1 and not found.complete
+
+
+def test_a_symmetry_that_is_none_is_refused():
+    with pytest.raises(InvalidSystem, match="symmetry number 0 does not map solutions to solutions"):
+        monodromy(System([x**2 - a * x + b], [x], [a, b]), symmetry=[lambda points: -points], count=2)
 
 
 # -- what is no task for loops -------------------------------------------------------------------------------
