@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from solvers.carry import carry, random_bend
-from solvers.ends import FAILED, INFINITE, REGULAR, Ends
+from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import SAME_ROOT, UNCERTAINTY, clashing, settle
 from solvers.legs import gaussian, sizes
@@ -60,7 +60,8 @@ def _transfer_orbits(
     homotopy, ends, rungs = _transfer(system, chosen, values, run, seed, known.group)
     order = known.group.order
     images = known.group.orbits(ends.x, values).transpose(1, 0, 2)
-    images[ends.kind != REGULAR] = ends.x[ends.kind != REGULAR][:, None]
+    finite = (ends.kind == REGULAR) | (ends.kind == SINGULAR)
+    images[~finite] = ends.x[~finite][:, None]
     whole = Ends(
         x=images.reshape(-1, images.shape[2]),
         kind=np.repeat(ends.kind, order),
@@ -68,8 +69,9 @@ def _transfer_orbits(
         condition=np.repeat(ends.condition, order),
         ticks=np.repeat(ends.ticks, order),
         why={row * order + k: text for row, text in ends.why.items() for k in range(order)},
+        typical=ends.typical,
     )
-    whole.kind[(whole.kind == REGULAR) & ~np.isfinite(whole.x).all(axis=1)] = INFINITE
+    whole.kind[np.repeat(finite, order) & ~np.isfinite(whole.x).all(axis=1)] = INFINITE
     name = f"parameter homotopy of one root in each orbit of {order}"
     return replace(homotopy, name=name), whole, rungs
 

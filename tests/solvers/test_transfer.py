@@ -84,6 +84,20 @@ def test_carried_to_where_two_roots_meet():
     assert np.abs(carried.singular.points).max() < 1e-6
 
 
+@pytest.mark.parametrize(
+    "values, roots, multiplicities", [([2, 1], [-1, 1], [2, 2]), ([1, 0], [0], [2]), ([0, 0], [0], [4])]
+)
+def test_orbits_carried_to_where_roots_meet(values, roots, multiplicities):
+    system = System([x**4 - a * x**2 + b], [x], [a, b])
+    for seed in range(4):
+        known = monodromy(system, seed=seed, symmetry=[lambda points: -points])
+        carried = solve(system, values, start=known, seed=seed)
+        singular = carried.singular
+        assert np.allclose(np.sort(singular.points.real.ravel()), roots, atol=1e-6), seed
+        assert singular.multiplicity.tolist() == singular.winding.tolist() == multiplicities, seed
+        assert carried.complete and carried.ledger.balanced, seed
+
+
 def test_carried_to_where_a_root_is_at_infinity():
     system = System([a * x**2 + x - 1], [x], [a])
     carried = solve(system, [0], start=monodromy(system, seed=1))
