@@ -23,7 +23,7 @@ import numpy as np
 
 from solvers.ends import FAILED, INFINITE, PRECISE, REGULAR, SINGULAR, Ends, fingerprints
 from solvers.kernel.reference import DIVERGED, PAUSED, REACHED, STATUS, Settings
-from solvers.limits import AGREE, EXACT, ROUNDING, VANISHES, Refined, Target, constant_part
+from solvers.limits import AGREE, EXACT, ROUNDING, VANISHES, Refined, Target, constant_part, surround_one_point
 from solvers.local import CONFIRMED, ORIGIN, newton, newton_step, relative_weights
 from solvers.tape import Program
 
@@ -278,6 +278,11 @@ class _Walk:
                     # The mean of a path that winds round it can be a simple root too, the middle one of three, or
                     # lie among them.
                     singular[doubtful[refined.beside]] = False
+                closing = np.zeros(len(ripe), np.int64)
+                closing[np.flatnonzero(finite)[singular]] = turns[finite][singular]
+                limit = np.zeros_like(mean[:, :-1])
+                limit[finite] = ends
+                singular &= surround_one_point(walked, limit, closing, CORNERS, self.typical, radius)[finite]
                 self._close(rows[where[singular]], ends[singular], turns[finite][singular], SINGULAR)
                 decided[where[singular]] = True
         if radius < EXPONENTS_DECIDE:

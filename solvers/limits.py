@@ -13,7 +13,7 @@ import numpy as np
 from solvers.arithmetic import double_double
 from solvers.arithmetic.double_double import DoubleDouble
 from solvers.krawczyk import inverses
-from solvers.local import ORIGIN, in_own_units, magnitudes, newton_step
+from solvers.local import ORIGIN, in_own_units, magnitudes, newton_step, relative_weights
 from solvers.refine import newton_double_double
 from solvers.system import evaluate
 from solvers.tape import Program
@@ -49,6 +49,15 @@ QUADRATIC = 1e-18
 #: One that goes by halves to a root with a coordinate zero takes steps as small as any. But there a further step,
 #: times the condition number, stays near 1/4 or more; at a simple root rounding alone leaves it below 1e-3.
 HALVING = 0.02
+#: Loops round a multiple root leave this of negative powers, beside how far they go: 1e-18 to 1e-8. A pair of simple
+#: roots 2e-6 apart, which meets a distance 1e-12 beside the target, leaves 3e-8 on loops of radius 2e-5 …
+NEGATIVE = 3e-8
+#: … but no less than so many times the rounding error, which is the larger the nearer a loop comes to the root …
+LOOP_ROUNDING = 1e-15
+#: … and this much, relative to the unknowns, where the root is ill-conditioned in other ways.
+LOOP_ERROR = 1e-10
+#: A branch point nearer to the target than this may be there by the rounding of parameters: COKERNEL allows as much.
+AT_TARGET = 2e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,3 +217,51 @@ def constant_part(
         smallest = share.min(axis=1)
         far[rows] = np.where(np.isfinite(smallest), smallest, 0.0)
     return far
+
+
+def surround_one_point(
+    walked: list[tuple[np.ndarray, np.ndarray]],
+    mean: np.ndarray,
+    turns: np.ndarray,
+    corners: int,
+    typical: float,
+    radius: float,
+) -> np.ndarray:
+    """Whether loops go round the target and no other branch point, so that their means are limits there.
+
+    On a path that winds m times x is an analytic function of s = r^(1/m). If the branch point lies at r = −ε instead,
+    (r + ε)^(k/m) has negative powers of s: the first, s^(k−m), is εk/(rm) beside s^k. That is seen where the mean is a
+    multiple root by accident, as it is where a curve of them passes. A pole s^(−m) = 1/r says nothing: where a curve of
+    roots is one up to rounding only, paths drift along it like that.
+
+    Parameters
+    ----------
+    walked : list of (rows, points)
+        As :func:`constant_part` takes them.
+    mean : ndarray, shape (n, unknowns)
+    turns : ndarray, shape (n,)
+        Turns until each path was back; paths with 0 are passed over, and with 1 there is no branch point to be seen.
+    corners : int
+        Of one turn.
+    typical : float
+        Typical size of the unknowns.
+    radius : float
+        Of the loops.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    single = turns == 1
+    for m in np.unique(turns[turns > 1]).tolist():
+        rows = np.flatnonzero(turns == m)
+        chosen = np.zeros(len(turns), bool)
+        chosen[rows] = True
+        path = np.stack([x[chosen[active]] for active, x in walked[: corners * m]])
+        seen = max(NEGATIVE, AT_TARGET / (radius * m))
+        with np.errstate(all="ignore"):
+            beside = (path - mean[rows]) / relative_weights(mean[rows], typical)
+            powers = np.abs(np.fft.fft(beside, axis=0))[1 - m :].max(axis=(0, 2)) / len(path)
+            reach = np.abs(beside).max(axis=(0, 2))
+            single[rows] = powers <= np.maximum(seen * reach, LOOP_ROUNDING / reach + LOOP_ERROR)
+    return single

@@ -12,7 +12,7 @@ from benchmarks.zoo import ZOO
 from solvers import System, solve
 from solvers.endgame import CORNERS
 from solvers.ends import FAILED, REGULAR, Ends
-from solvers.limits import constant_part
+from solvers.limits import constant_part, surround_one_point
 
 x, y, z = sympy.symbols("x y z")
 CLOSE = sympy.Rational(1, 10**6)
@@ -276,6 +276,19 @@ def test_the_powers_tell_a_far_root_from_infinity(exponents, turns):
         share = constant_part(circles(np.full(2, far), exponents, turns), known, np.array([turns]), CORNERS, 1e-10)
         assert share == 0  # such roots are not looked for
     assert np.isnan(constant_part(circles(np.zeros(2), exponents, turns), known, np.array([0]), CORNERS, typical))
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3, 5])
+def test_loops_that_surround_another_branch_point_are_told_from_others(turns):
+    radius = 2e-5
+    loop = radius * np.exp(2j * np.pi * np.arange(1, CORNERS * turns + 1) / CORNERS)
+    for beside, single in ((0, True), (1e-14, True), (1e-9, turns == 1), (1e-5, turns == 1)):
+        # (r + ε)^(1/m): its m-th power is known on the loop, and the root follows it continuously.
+        angle = np.unwrap(np.angle(loop + beside))
+        course = np.abs(loop + beside) ** (1 / turns) * np.exp(1j * angle / turns)
+        walked = [(np.array([0]), np.array([[1 + z, 2 + 3 * z]])) for z in course]
+        mean = np.mean([point for _, point in walked], axis=0)
+        assert surround_one_point(walked, mean, np.array([turns]), CORNERS, 1.0, radius).tolist() == [single], beside
 
 
 def test_double_roots_on_an_axis_that_paths_reach_without_winding():

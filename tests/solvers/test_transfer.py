@@ -98,6 +98,16 @@ def test_orbits_carried_to_where_roots_meet(values, roots, multiplicities):
         assert carried.complete and carried.ledger.balanced, seed
 
 
+def test_roots_that_have_just_parted_on_a_line_of_roots():
+    # At a = 0 six roots meet on x = 0, all of which are roots: the mean of those that are near each other is one, too.
+    system = System([a * x * y**3 + a * x + x**2 * y - 2 * x * y**3, a * x * y - 3 * x**3 * y], [x, y], [a])
+    for seed in range(3):
+        known = solve(system, [0.5 + 0.7j], seed=seed)
+        for near in (1e-5, 1e-6, 1e-8, 1e-10):
+            carried = solve(system, [near], start=known, seed=seed)
+            assert len(carried) == 6 and carried.complete and not len(carried.singular), (seed, near)
+
+
 def test_carried_to_where_a_root_is_at_infinity():
     system = System([a * x**2 + x - 1], [x], [a])
     carried = solve(system, [0], start=monodromy(system, seed=1))
