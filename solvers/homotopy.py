@@ -36,9 +36,13 @@ class StartPoints(Protocol):
 
 @dataclass(frozen=True)
 class Listed:
-    """Start solutions that are known one by one, for example the result of an earlier solve."""
+    """Start solutions that are known one by one, for example the result of an earlier solve.
+
+    They are `whole` if they are all there are, so that a path that winds m times round its end comes with m − 1 others.
+    """
 
     array: np.ndarray
+    whole: bool = False
 
     @property
     def count(self) -> int:
@@ -90,6 +94,11 @@ class Homotopy:
         """dq/dr."""
         return self.start - self.target
 
+    @property
+    def complete(self) -> bool:
+        """Whether there is a path to every root."""
+        return not isinstance(self.starts, Listed) or self.starts.whole
+
     def builder(self) -> tuple[Builder, list[int]]:
         """A fresh graph that holds the equations."""
         builder = Builder(self.program.unknowns, self.program.parameters)
@@ -117,14 +126,20 @@ class Homotopy:
 
 
 def parameter_homotopy(
-    program: Program, start: Any, target: Any, points: np.ndarray, seed: int = 0, name: str = "parameter homotopy"
+    program: Program,
+    start: Any,
+    target: Any,
+    points: np.ndarray,
+    seed: int = 0,
+    name: str = "parameter homotopy",
+    whole: bool = False,
 ) -> Homotopy:
-    """A system carried from parameters where `points` solve it to other ones, in a straight line."""
+    """A system carried in a straight line from parameters where `points` solve it, all there are if it is `whole`."""
     return Homotopy(
         program=program,
         start=np.asarray(start, np.complex128),
         target=np.asarray(target, np.complex128),
-        starts=Listed(np.asarray(points, np.complex128)),
+        starts=Listed(np.asarray(points, np.complex128), whole),
         name=name,
         seed=seed,
     )

@@ -10,7 +10,7 @@ import numpy as np
 from solvers.choose_start import choose_start
 from solvers.clusters import with_clusters_resolved
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
-from solvers.homotopy import Homotopy, Listed, parameter_homotopy
+from solvers.homotopy import Homotopy, parameter_homotopy
 from solvers.ledger import are_few, broken_cycles, groups_of_singular
 from solvers.local import in_own_units
 from solvers.polyhedral import PolyhedralError
@@ -168,7 +168,7 @@ def _from_known(
     check_shape(system, values)
     square = square_up(system, seed)
     try:
-        found = _Attempt(*transfer(square, known, values, run, seed))
+        found = _Attempt(*transfer(square, known, values, run, seed, bool(known.complete) and _is_generic(known)))
     except Interrupted as stop:
         homotopy = parameter_homotopy(square.program, known.parameters, values, known.points, seed)
         raise _stopped(system, values, _Attempt(homotopy, stop.ends, {}), seed) from None
@@ -219,7 +219,7 @@ def _collect(system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends,
         failures=[(k, ends.why.get(k, "not tracked")) for k in np.flatnonzero(ends.kind == FAILED).tolist()],
     )
     # A number of paths that does not fit their windings: a multiplicity, or a root beside it, is in doubt.
-    doubt = 0 if isinstance(homotopy.starts, Listed) else len(broken_cycles(ends))
+    doubt = len(broken_cycles(ends)) if homotopy.complete else 0
     return Solutions(
         points=points[regular],
         singular=_singular(system, values, points[singular], ends.x[singular], ends.winding[singular], ends.typical),

@@ -104,10 +104,9 @@ def track_all(
                 run.checkpoint.append(stage, number, _to_arrays(part))
             done += len(chunks[number])
             run.say(homotopy.name, done, homotopy.starts.count)
-        complete = not isinstance(homotopy.starts, Listed)
-        last = _Precise(engine, homotopy, ends, complete)
+        last = _Precise(engine, homotopy, ends, homotopy.complete)
         rungs = _rungs(engine, homotopy, settings, run, last if precise else None) if ladder else iter(())
-        used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n), complete)
+        used = ledger.climb(ends, rungs, lambda name, n: run.say(name, 0, n), homotopy.complete)
         if LAST_RUNG in used:
             used[LAST_RUNG] = last.tracked
     except KeyboardInterrupt:

@@ -32,9 +32,9 @@ WAYPOINTS = 12
 
 
 def transfer(
-    system: System, known: Solutions, values: np.ndarray, run: Run, seed: int
+    system: System, known: Solutions, values: np.ndarray, run: Run, seed: int, whole: bool = False
 ) -> tuple[Homotopy, Ends, dict[str, int]]:
-    """Carry all known roots to the parameters `values`.
+    """Carry all known roots, the `whole` fibre or some, to the parameters `values`.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def transfer(
     """
     if known.group is not None and known.orbit is not None:
         return _transfer_orbits(system, known, values, run, seed)
-    return _transfer(system, known, values, run, seed, None)
+    return _transfer(system, known, values, run, seed, None, whole)
 
 
 def _transfer_orbits(
@@ -77,12 +77,13 @@ def _transfer_orbits(
 
 
 def _transfer(
-    system: System, known: Solutions, values: np.ndarray, run: Run, seed: int, group: Group | None
+    system: System, known: Solutions, values: np.ndarray, run: Run, seed: int, group: Group | None, whole: bool = False
 ) -> tuple[Homotopy, Ends, dict[str, int]]:
     rng = np.random.default_rng([seed, 23])
     real = not np.any(np.iscomplex(known.parameters))
     fibre = waypoint(system, known, rng, run) if real else (known.parameters, known.points)
-    homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed)
+    whole &= len(fibre[1]) == len(known)
+    homotopy = parameter_homotopy(system.program, *_line(fibre, values), seed, whole=whole)
     ends, rungs = track_all(homotopy, run)
     ends = _padded(ends, len(known))
     _canonical(ends, group, values)

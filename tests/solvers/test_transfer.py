@@ -103,7 +103,7 @@ def test_roots_that_have_just_parted_on_a_line_of_roots():
     system = System([a * x * y**3 + a * x + x**2 * y - 2 * x * y**3, a * x * y - 3 * x**3 * y], [x, y], [a])
     for seed in range(3):
         known = solve(system, [0.5 + 0.7j], seed=seed)
-        for near in (1e-5, 1e-6, 1e-8, 1e-10):
+        for near in (1e-5, 1e-6, 1e-8, 1e-10, 1e-13):
             carried = solve(system, [near], start=known, seed=seed)
             assert len(carried) == 6 and carried.complete and not len(carried.singular), (seed, near)
 
