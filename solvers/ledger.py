@@ -60,10 +60,10 @@ def doubtful(ends: Ends, complete: bool = False) -> np.ndarray:
     return np.union1d(rows, broken_cycles(ends)) if complete else rows
 
 
-def groups_of_singular(x: np.ndarray, typical: float) -> list[np.ndarray]:
+def groups_of_singular(x: np.ndarray, typical: float, tolerance: float = SAME_SINGULAR) -> list[np.ndarray]:
     """Singular ends that agree, as arrays of rows; `typical` is the size of the unknowns of the homotopy."""
     label = np.arange(len(x))
-    for i, j in pairs_of_equals(x, SAME_SINGULAR, floor=max(BESIDE_ZERO * typical, 1e-300)).tolist():
+    for i, j in pairs_of_equals(x, tolerance, floor=max(BESIDE_ZERO * typical, 1e-300)).tolist():
         label[label == label[j]] = label[i]
     return [np.flatnonzero(label == name) for name in dict.fromkeys(label.tolist())]
 

@@ -11,13 +11,13 @@ from solvers.choose_start import choose_start
 from solvers.clusters import with_clusters_resolved
 from solvers.ends import FAILED, INFINITE, REGULAR, SINGULAR, Ends
 from solvers.homotopy import Homotopy, parameter_homotopy
-from solvers.ledger import are_few, broken_cycles, groups_of_singular
-from solvers.local import in_own_units
+from solvers.ledger import are_few, broken_cycles
 from solvers.polyhedral import PolyhedralError
 from solvers.scaling import scales_of
 from solvers.shapes import check_shape, genuine, square_up
 from solvers.simple_ends import with_simple_ends
-from solvers.solutions import Ledger, Singular, Solutions
+from solvers.singular_points import singular_points
+from solvers.solutions import Ledger, Solutions
 from solvers.system import System
 from solvers.tracking import Interrupted, Progress, Run, track_all
 from solvers.transfer import transfer
@@ -25,8 +25,6 @@ from solvers.transfer import transfer
 STARTS = ("auto", "total-degree", "multihomogeneous", "polyhedral")
 #: What is said of singular ends whose number does not fit their windings.
 DOUBT = "; {} paths wind round singular ends in numbers that do not fit: multiplicities there are uncertain"
-#: Singular values of the scaled Jacobian below this count towards its kernel at a singular end.
-KERNEL = 1e-6
 #: Whole solves with a fresh random γ, when a few paths still fail after the ladder.
 FRESH_STARTS = 3
 
@@ -222,7 +220,9 @@ def _collect(system: System, values: np.ndarray, homotopy: Homotopy, ends: Ends,
     doubt = len(broken_cycles(ends)) if homotopy.complete else 0
     return Solutions(
         points=points[regular],
-        singular=_singular(system, values, points[singular], ends.x[singular], ends.winding[singular], ends.typical),
+        singular=singular_points(
+            system, values, points[singular], ends.winding[singular], ends.typical, homotopy.unknown_scale
+        ),
         parameters=values,
         ledger=account,
         unknowns=system.unknowns,
@@ -239,27 +239,6 @@ def _evidence(homotopy: Homotopy, account: Ledger) -> str:
     reason = f" ({homotopy.reason})" if homotopy.reason else ""
     name = homotopy.name if "homotopy" in homotopy.name else f"{homotopy.name} homotopy"
     return f"all {account.tracked} paths of the {name}{reason} are accounted for"
-
-
-def _singular(
-    system: System, values: np.ndarray, points: np.ndarray, scaled: np.ndarray, winding: np.ndarray, typical: float
-) -> Singular:
-    """Singular ends that agree, as one point with a multiplicity; compared in the units of the homotopy."""
-    groups = groups_of_singular(scaled, typical)
-    means = np.array([points[g].mean(axis=0) for g in groups]).reshape(-1, points.shape[1])
-    return Singular(
-        points=means,
-        multiplicity=np.array([len(g) for g in groups], np.int64),
-        winding=np.array([winding[g].max() for g in groups], np.int64),
-        dimension=_kernel_dimension(system, values, means),
-    )
-
-
-def _kernel_dimension(system: System, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-    if not len(points):
-        return np.zeros(0, np.int64)
-    scaled = in_own_units(system.jacobian_program, points, values)[1]
-    return (np.linalg.svd(scaled, compute_uv=False) < KERNEL).sum(axis=1)
 
 
 def _certify(system: System, solutions: Solutions) -> None:
