@@ -26,11 +26,11 @@ from solvers.carry import carry, random_bend
 from solvers.first_root import given_root, random_root
 from solvers.homotopy import parameter_homotopy
 from solvers.kernel.engine import Engine
-from solvers.local import ORIGIN, newton_step
+from solvers.local import ORIGIN, balanced_condition, newton_step
 from solvers.points import SAME, Group, PointSet, pairs_of_equals
 from solvers.refine import newton_double_double
 from solvers.symmetries import Exchanges, Mirror
-from solvers.system import InvalidSystem, System
+from solvers.system import InvalidSystem, System, evaluate
 from solvers.tracking import digest, engine_of
 
 #: Legs without news after which detours are made, and detours without news after which a search has gone quiet.
@@ -52,7 +52,12 @@ TWINS = 1e-4
 #: Tries to leave the first root, and those that do without the ladder: it may be ill-conditioned, or need pivots.
 TRIES, PLAIN = 20, 4
 #: So many ends of a leg are looked at; if several have a Jacobian that is singular to rounding, roots are dropped.
-SAMPLE, SEVERAL, ON_A_CURVE = 24, 3, 1e14
+SAMPLE, SEVERAL = 24, 3
+#: It is where both the scaled condition number and the balanced one are larger: simple roots of chains of three links,
+#: which are as large as 1e10, had up to 5e38 of the former, but 3e13 of the latter.
+ON_A_CURVE = 1e14
+#: Unknowns smaller than this part of the typical size are rounding errors of zero.
+ZERO = 1e-12
 #: A first root that is smaller than this part of the parameters says nothing about the size of the others.
 NOTHING = 1e-12
 #: Each detour of a round leads so many times farther than the one before.
@@ -162,6 +167,9 @@ class Search:
         unknowns, values = self._exchange(points.shape[1], len(a.parameters))
         way = arcs(self.seed, len(self.history), a.parameters[values], b.parameters, detour)
         ends = self._carried(points[:, unknowns], way, ladder)
+        on_curves = self._meets_curves(ends, b.parameters)
+        if on_curves:
+            ends = self._without_curves(ends, b.parameters)
         before = len(a.roots), len(b.roots)
         self.lost += len(points) - len(ends)
         seen = self._add(b, ends)
@@ -170,9 +178,10 @@ class Search:
         estimate = before[1] * (recaptured + new) / recaptured if recaptured else np.inf
         missed = np.setdiff1d(np.arange(len(b.roots)), seen[: len(ends)])
         way = [(end, start, 1 / bend) for start, end, bend in reversed(way)]
-        self._add(a, self._carried(b.roots.points[missed], way, ladder)[:, np.argsort(unknowns)])
-        known, back = len(b.roots), max(len(a.roots) - before[0], 0)
-        leg = Leg(len(points), len(ends), new, known, float(max(estimate, known)), back)
+        back = self._carried(b.roots.points[missed], way, ladder)[:, np.argsort(unknowns)]
+        self._add(a, self._without_curves(back, a.parameters) if on_curves else back)
+        known, found_back = len(b.roots), max(len(a.roots) - before[0], 0)
+        leg = Leg(len(points), len(ends), new, known, float(max(estimate, known)), found_back)
         self.history.append(leg)
         self.ladder |= new <= TRICKLE * len(b.roots)
         return leg
@@ -190,24 +199,33 @@ class Search:
             points = carry(self.engine, points, start, end, bend, self.jobs, self.backend, self.typical, ladder)
         if self.valid is not None:
             points = points[self.valid(points)]
-        return points[self._isolated(points, way[-1][1])]
+        return points
 
-    def _isolated(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Which ends are no points of a curve of roots; all are looked at if several of a few are on one.
+    def _meets_curves(self, points: np.ndarray, parameters: np.ndarray) -> bool:
+        """Whether several of a few ends of a leg lie on curves of roots; then what is known is looked through, too.
 
-        A path that has jumped to a curve ends at another point of it each time.
+        A path that has jumped to a curve ends at another point of it each time, so that they become more and more. Of
+        the roots that a leg has missed most may be ill-conditioned: they say nothing.
         """
         few = points[np.random.default_rng(len(points)).permutation(len(points))[:SAMPLE]]
-        _, _, condition = newton_step(self.engine.program, few, parameters, self.typical)
-        if (condition > ON_A_CURVE).sum() < SEVERAL:
-            return np.ones(len(points), bool)
+        if self._on_curves(few, parameters).sum() < SEVERAL:
+            return False
         for node in self.nodes:
-            roots = node.roots.points
-            _, _, condition = newton_step(self.engine.program, roots, node.parameters, self.typical)
+            roots = self._without_curves(node.roots.points, node.parameters)
             node.roots = PointSet(roots.shape[1], node.roots.tolerance, floor=node.roots.floor)
-            node.roots.add(roots[condition < ON_A_CURVE])
+            node.roots.add(roots)
+        return True
+
+    def _without_curves(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        return points[~self._on_curves(points, parameters)]
+
+    def _on_curves(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """Where the Jacobian is singular to rounding."""
         _, _, condition = newton_step(self.engine.program, points, parameters, self.typical)
-        return np.asarray(condition < ON_A_CURVE)
+        singular = condition > ON_A_CURVE
+        doubtful = np.where(np.abs(points[singular]) > ZERO * self.typical, points[singular], 0.0)
+        singular[singular] = balanced_condition(evaluate(self.engine.program, doubtful, parameters)[1]) > ON_A_CURVE
+        return np.asarray(singular)
 
     def _add(self, node: Node, points: np.ndarray) -> np.ndarray:
         """Add roots to a node, and their images; the number of each there, those of the images behind."""

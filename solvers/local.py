@@ -15,6 +15,8 @@ from solvers.tape import Program
 ORIGIN = 1e-8
 #: A Newton step below this is the last one needed.
 CONFIRMED = 1e-9
+#: Rounds of balancing: each halves the logarithms of what is left to do.
+ROUNDS = 40
 
 
 def newton_step(
@@ -140,3 +142,28 @@ def magnitudes(program: Program, x: np.ndarray, parameters: np.ndarray, typical:
 
 def _magnitudes_at(program: Program, weights: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     return np.maximum(sizes(program, weights, np.abs(parameters)), 1e-300)
+
+
+def balanced_condition(matrices: np.ndarray) -> np.ndarray:
+    """Condition numbers of matrices whose rows and columns are scaled to largest entries of one.
+
+    Parameters
+    ----------
+    matrices : (n, k, k) array
+
+    Returns
+    -------
+    (n,) array
+
+    Examples
+    --------
+    >>> balanced_condition(np.array([[[1e9, 1.0], [-1.0, 1e-9]]])).round(3)
+    array([1.])
+    """
+    with np.errstate(all="ignore"):
+        for _ in range(ROUNDS):
+            for axis in (2, 1):
+                largest = np.abs(matrices).max(axis=axis, keepdims=True)
+                matrices = matrices / np.sqrt(np.where(largest > 0, largest, 1.0))
+        values = np.linalg.svd(matrices, compute_uv=False)
+        return np.where(values[:, -1] > 0, values[:, 0] / values[:, -1], np.inf)

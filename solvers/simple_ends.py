@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from solvers.certify import certify
+from solvers.local import balanced_condition
 from solvers.solutions import Singular, Solutions
 from solvers.system import System
 
@@ -28,8 +29,6 @@ SINGULAR_FOR_SURE = 1e14
 #: A coordinate beside this part of the largest one is the rounding error of a zero: ends on curves where some unknowns
 #: vanish have such, and balancing would make rows of nothing but them as good as any.
 NOTHING = 1e-19
-#: Rounds of balancing: each halves the logarithms of what is left to do.
-ROUNDS = 40
 TWICE = "a singular end is proved to be a simple root that another path has found: one of the two has lost its own"
 
 
@@ -104,28 +103,3 @@ def simple_ends(system: System, points: np.ndarray, values: np.ndarray) -> tuple
     proof = certify(system, points[likely], values, max_bits=BITS)
     likely[likely] = proof.certified
     return likely, proof.boxes.midpoints[proof.certified]
-
-
-def balanced_condition(matrices: np.ndarray) -> np.ndarray:
-    """Condition numbers of matrices whose rows and columns are scaled to largest entries of one.
-
-    Parameters
-    ----------
-    matrices : (n, k, k) array
-
-    Returns
-    -------
-    (n,) array
-
-    Examples
-    --------
-    >>> balanced_condition(np.array([[[1e9, 1.0], [-1.0, 1e-9]]])).round(3)
-    array([1.])
-    """
-    with np.errstate(all="ignore"):
-        for _ in range(ROUNDS):
-            for axis in (2, 1):
-                largest = np.abs(matrices).max(axis=axis, keepdims=True)
-                matrices = matrices / np.sqrt(np.where(largest > 0, largest, 1.0))
-        values = np.linalg.svd(matrices, compute_uv=False)
-        return np.where(values[:, -1] > 0, values[:, 0] / values[:, -1], np.inf)
